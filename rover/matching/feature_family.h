@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rover/features/extractor.h"
+#include "rover/matching/guided_matching.h"
+#include "rover/matching/matcher.h"
+#include "rover/networks/runtime.h"
+
+namespace rover {
+
+// An extractor with the matcher that belongs to its descriptor, and what similarity means for it.
+struct FeatureFamily {
+  std::string name;
+  std::shared_ptr<const Extractor> extractor;
+  std::shared_ptr<const Matcher> matcher;
+  GuidedMatchingOptions guided;  // thresholds measured for this descriptor
+};
+
+// "xfeat-corner" (default), "xfeat", "aliked-t16", "aliked-n16", "superpoint", "orb". A new family
+// is one file that registers itself here.
+std::vector<std::string> feature_family_names();
+
+// Throws InputError for an unknown name or when a model file is missing (saying which, where it was
+// looked for and how to make it).
+FeatureFamily make_feature_family(const std::string& name, Runtime& runtime);
+
+}  // namespace rover

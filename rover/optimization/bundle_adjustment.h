@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "rover/camera/camera.h"
+#include "rover/geometry/se3.h"
+
+namespace rover {
+
+// A snapshot of (a part of) a map, as plain values; indices refer to the vectors below.
+struct BundleObservation {
+  int pose = -1;
+  int point = -1;
+  int camera = 0;         // of the rig
+  Eigen::Vector2d pixel;  // px, raw image
+  double sigma = 1;       // px, standard deviation per axis
+};
+
+struct BundleProblem {
+  Rig rig;
+  std::vector<SE3> world_from_body;
+  std::vector<char> pose_fixed;
+  std::vector<Eigen::Vector3d> points;  // m, world frame
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleOptions {
+  int first_iterations = 5;    // with the robust kernel on all observations
+  int second_iterations = 10;  // after outliers have been removed
+  double chi2 = 5.991;
+  double huber = 2.447;        // in sigmas
+  bool fix_scale = false;      // mono: besides a fixed pose, hold the distance between the fixed
+                               // pose and the farthest free one of the initial values
+  int threads = 1;             // more than one is not reproducible
+  std::function<bool()> should_stop;  // asked after each iteration; empty: never
+
+  void check() const;
+};
+
+struct BundleSummary {
+  std::vector<char> inliers;  // per observation, at the end
+  double initial_cost = 0;    // robust cost
+  double final_cost = 0;
+  int iterations = 0;
+  bool usable = false;        // false: the problem was empty or the solver failed; nothing changed
+};
+
+// Minimises the robust reprojection error over all free poses and points with Ceres (Schur
+// elimination of the points, one thread: reproducible), in two passes with removal of outliers
+// between. Poses and points are updated in place. At least one pose must be fixed.
+BundleSummary adjust_bundle(BundleProblem& problem, const BundleOptions& options);
+
+}  // namespace rover

@@ -24,7 +24,8 @@ endif()
 add_library(rover_onnxruntime INTERFACE)
 target_include_directories(rover_onnxruntime SYSTEM INTERFACE
   $<BUILD_INTERFACE:${ONNXRUNTIME_INCLUDE_DIR}>)
-target_link_libraries(rover_onnxruntime INTERFACE ${ONNXRUNTIME_LIBRARY})
+target_link_libraries(rover_onnxruntime INTERFACE
+  $<BUILD_INTERFACE:${ONNXRUNTIME_LIBRARY}> $<INSTALL_INTERFACE:rover::onnxruntime_library>)
 
 if(ROVER_BUILD_TESTS)
   find_package(GTest REQUIRED)

@@ -9,13 +9,19 @@ function(rover_module name)
   list(FILTER tests INCLUDE REGEX "_test\\.cc$")
   list(FILTER sources EXCLUDE REGEX "(_test|/main)\\.cc$")
 
-  add_library(rover_${name} STATIC ${sources})
+  if(sources)
+    set(scope PUBLIC)
+    add_library(rover_${name} STATIC ${sources})
+    rover_compile_options(rover_${name})
+  else()  # headers only
+    set(scope INTERFACE)
+    add_library(rover_${name} INTERFACE)
+  endif()
   add_library(rover::${name} ALIAS rover_${name})
-  target_include_directories(rover_${name} PUBLIC
+  target_include_directories(rover_${name} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   list(TRANSFORM ARG_DEPENDS PREPEND rover_)
-  target_link_libraries(rover_${name} PUBLIC ${ARG_DEPENDS} ${ARG_LIBRARIES})
-  rover_compile_options(rover_${name})
+  target_link_libraries(rover_${name} ${scope} ${ARG_DEPENDS} ${ARG_LIBRARIES})
   set_property(GLOBAL APPEND PROPERTY ROVER_MODULES rover_${name})
 
   if(ROVER_BUILD_TESTS AND tests)

@@ -48,16 +48,12 @@ stamp() { echo "$2" > "$stamps/$1"; }
 
 # --- 1. Debian packages -------------------------------------------------------------------------
 
-is_installed() {
-  [[ $(dpkg-query -W -f '${db:Status-Status}' "$1" 2> /dev/null) == installed ]]
+installed_of() {
+  dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2> /dev/null |
+    sed -n 's/^installed //p' | sort -u
 }
 
-missing_of() {
-  local package
-  for package in "$@"; do
-    is_installed "$package" || echo "$package"
-  done
-}
+missing_of() { comm -13 <(installed_of "$@") <(printf '%s\n' "$@" | sort -u); }
 
 run_apt() {
   local prefix=()
@@ -250,7 +246,7 @@ check_given_runtime() {
 set_up_runtime() {
   if [[ -n ${ONNXRUNTIME_ROOT:-} ]]; then
     check_given_runtime "$ONNXRUNTIME_ROOT"
-  elif is_installed libonnxruntime-dev; then
+  elif [[ -z $(missing_of libonnxruntime-dev) ]]; then
     return 0
   elif has_system_runtime_package; then
     install_packages libonnxruntime-dev

@@ -19,7 +19,8 @@
 #   ROVER_SKIP_PACKAGES=1     do not look at Debian packages: all libraries are in place
 set -euo pipefail
 
-readonly root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
 readonly build=$root/build
 readonly deps=$build/deps
 readonly log=$build/setup.log
@@ -136,6 +137,7 @@ set_up_python_tests() {
 
 # --- 3. ONNX Runtime ----------------------------------------------------------------------------
 
+# shellcheck source=/dev/null
 os_field() { (. /etc/os-release && eval "echo \"\${$1:-}\"") 2> /dev/null || true; }
 
 has_system_runtime_package() {
@@ -145,6 +147,7 @@ has_system_runtime_package() {
 
 # The archives that this machine gets its own release from: nothing else is asked for headers.
 own_archives() {
+  # shellcheck disable=SC2016
   apt-get indextargets --no-release-info -o APT::Get::IndexTargets::OnlyPresent=false \
     --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
     awk -v suite="$(os_field VERSION_CODENAME)" \
@@ -237,10 +240,11 @@ bundle_runtime() {
 }
 
 check_given_runtime() {
-  compgen -G "$1/lib*/libonnxruntime.so*" > /dev/null &&
-    [[ -n $(find "$1/include/" -name onnxruntime_c_api.h -print -quit 2> /dev/null) ]] ||
+  if ! compgen -G "$1/lib*/libonnxruntime.so*" > /dev/null ||
+    [[ -z $(find "$1/include/" -name onnxruntime_c_api.h -print -quit 2> /dev/null) ]]; then
     fail "ONNXRUNTIME_ROOT=$1 lacks lib/libonnxruntime.so or include/.../onnxruntime_c_api.h" \
       "point it to an unpacked ONNX Runtime release, or unset it"
+  fi
 }
 
 set_up_runtime() {

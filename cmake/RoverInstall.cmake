@@ -37,7 +37,7 @@ else()
   get_filename_component(rover_runtime_name ${rover_runtime} NAME)
   install(FILES ${rover_runtime} DESTINATION ${CMAKE_INSTALL_LIBDIR}/rover RENAME libonnxruntime.so.1)
   set(ROVER_INSTALLED_RUNTIME
-    "\${PACKAGE_PREFIX_DIR}/${CMAKE_INSTALL_LIBDIR}/rover/libonnxruntime.so.1")
+    "\${rover_PREFIX}/${CMAKE_INSTALL_LIBDIR}/rover/libonnxruntime.so.1")
 endif()
 
 if(TARGET rover)

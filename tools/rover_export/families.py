@@ -43,7 +43,7 @@ def _matcher(name, licence):
             models[f"{name}_assign_{layer}"] = build_assignment(state, layer)
         facts = {"kind": "matcher", "licence": licence, "descriptor_dim": shape.input_dim,
                  "dim": shape.dim, "heads": shape.heads, "layers": shape.layers,
-                 "encoding_dim": 2 * shape.dim, "match_threshold": 0.1,
+                 "encoding_dim": shape.dim, "match_threshold": 0.1,
                  "prune_matchability": 0.01, "exit_share": 0.95,
                  "confidence_thresholds": thresholds(shape.layers)}
         return models, facts

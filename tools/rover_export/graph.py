@@ -16,6 +16,7 @@ class Graph:
     def __init__(self, name):
         self._name = name
         self._nodes, self._weights, self._inputs, self._outputs = [], [], [], []
+        self._public = {}
         self._count = 0
 
     def _fresh(self, stem):
@@ -28,8 +29,8 @@ class Graph:
         return name
 
     def output(self, value, name, shape):
-        """Gives `value` its public name. An Identity is dropped by the runtime."""
-        self._nodes.append(helper.make_node("Identity", [value], [name], name=f"output_{name}"))
+        """Gives `value` its public name (renamed in the end: an Identity would cost a copy)."""
+        self._public[value] = name
         self._outputs.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))
 
     def weight(self, array, dtype=np.float32):
@@ -66,6 +67,9 @@ class Graph:
 
     def model(self):
         """The finished, checked model."""
+        for node in self._nodes:
+            for names in (node.input, node.output):
+                names[:] = [self._public.get(n, n) for n in names]
         graph = helper.make_graph(self._nodes, self._name, self._inputs, self._outputs, self._weights)
         domains = {n.domain for n in self._nodes} - {""}
         opsets = [helper.make_opsetid("", OPSET)] + [helper.make_opsetid(d, 1) for d in domains]

@@ -23,6 +23,11 @@ class Shape:
     heads: int
     layers: int
 
+    @property
+    def head_dim(self):
+        """Channels per head."""
+        return self.dim // self.heads
+
 
 def renamed(state):
     """Weights under the names of the current LightGlue, whichever release wrote them."""
@@ -49,12 +54,6 @@ def shape_of(state):
     return Shape(dim if projection is None else projection.shape[1], dim, dim // head_dim, layers)
 
 
-def _rotated(weight):
-    """Rows (a, b) of each pair become (-b, a): the quarter turn of the rotary encoding."""
-    pairs = weight.reshape(-1, 2, *weight.shape[1:])
-    return np.stack([-pairs[:, 1], pairs[:, 0]], 1).reshape(weight.shape)
-
-
 class _Stage:
     """One graph: the builder and the weights it draws from."""
 
@@ -64,16 +63,21 @@ class _Stage:
     def pair(self, name):
         return self.state[f"{name}.weight"], self.state[f"{name}.bias"]
 
+    def by_head(self, x):
+        """[N, D] to [heads, N, d]."""
+        if self.shape.heads == 1:
+            return x
+        split = self.graph.ints(0, self.shape.heads, self.shape.head_dim)
+        return self.graph.node("Transpose", self.graph.node("Reshape", x, split), perm=[1, 0, 2])
+
     def attention(self, q, k, v):
-        """softmax(q k^T) v per head; q and k carry the scale already."""
+        """softmax(q k^T) v of all heads, side by side; the scale is in q and k already."""
         g, heads = self.graph, self.shape.heads
+        axes = [1, 0] if heads == 1 else [0, 2, 1]
+        weights = g.node("Softmax", g.node("MatMul", q, g.node("Transpose", k, perm=axes)), axis=-1)
+        y = g.node("MatMul", weights, v)
         if heads == 1:
-            return g.node("MatMul", g.node("Softmax", g.node("MatMul", q, g.node(
-                "Transpose", k, perm=[1, 0])), axis=-1), v)
-        split = g.ints(0, heads, self.shape.dim // heads)
-        q, v = (g.node("Transpose", g.node("Reshape", t, split), perm=[1, 0, 2]) for t in (q, v))
-        k = g.node("Transpose", g.node("Reshape", k, split), perm=[1, 2, 0])
-        y = g.node("MatMul", g.node("Softmax", g.node("MatMul", q, k), axis=-1), v)
+            return y
         return g.node("Reshape", g.node("Transpose", y, perm=[1, 0, 2]), g.ints(0, self.shape.dim))
 
     def feed_forward(self, x, message, block, projection):
@@ -95,27 +99,44 @@ class _Stage:
         erf = g.node("Erf", g.node("Div", y, g.weight(np.sqrt(2.0))))
         return g.node("Mul", g.node("Mul", y, g.node("Add", erf, g.weight(1.0))), g.weight(0.5))
 
-    def self_attention(self, x, cos, sin, block):
+    def rotated(self, x, weight, bias, cos, sin):
+        """Queries and keys of `x`, turned by the rotary encoding: [heads, N, d] each.
+
+        `weight` is [q|k, head, pair, half of pair, D]. A pair (a, b) becomes
+        (a cos - b sin, b cos + a sin); all first halves are computed apart from all second
+        ones, which is free, since the order of channels in a dot product does not matter.
+        """
         g, shape = self.graph, self.shape
+        a, b = (g.linear(x, weight[:, :, :, i].reshape(-1, shape.dim), bias[:, :, :, i].ravel())
+                for i in (0, 1))
+        a, b = (g.node("Sub", g.node("Mul", a, cos), g.node("Mul", b, sin)),
+                g.node("Add", g.node("Mul", b, cos), g.node("Mul", a, sin)))
+        both = g.node("Reshape", g.node("Concat", a, b, axis=1),
+                      g.ints(0, 2, 2, shape.heads, shape.head_dim // 2))
+        both = g.node("Transpose", both, perm=[2, 3, 0, 1, 4])
+        rows = [2, -1] if shape.heads == 1 else [2, shape.heads, -1]
+        q, k = g.node("Split", g.node("Reshape", both, g.ints(*rows, shape.head_dim)), axis=0, outputs=2)
+        return [g.node("Squeeze", t, g.ints(0)) for t in (q, k)]
+
+    def self_attention(self, x, cos, sin, block):
+        shape = self.shape
         weight, bias = self.pair(f"{block}.Wqkv")
-        # Rows are (head, channel, q|k|v); gathered here into q, k and v blocks.
-        weight, bias = weight.reshape(-1, 3, shape.dim), bias.reshape(-1, 3)
-        scale = (shape.dim // shape.heads) ** -0.5
-        (q, k, v), (qb, kb, vb) = np.moveaxis(weight, 1, 0), bias.T
-        plain = (q * scale, k), (qb * scale, kb)
-        turned = [[_rotated(part) for part in half] for half in plain]
-        both = g.node("Add",
-                      g.node("Mul", g.linear(x, np.concatenate(plain[0]), np.concatenate(plain[1])), cos),
-                      g.node("Mul", g.linear(x, np.concatenate(turned[0]), np.concatenate(turned[1])), sin))
-        q, k = g.node("Split", both, axis=-1, outputs=2)
-        return self.feed_forward(x, self.attention(q, k, g.linear(x, v, vb)), block, "out_proj")
+        # Rows are (head, channel, q|k|v).
+        weight = np.moveaxis(weight.reshape(shape.dim, 3, shape.dim), 1, 0).copy()
+        bias = bias.reshape(shape.dim, 3).T.copy()
+        weight[0] *= shape.head_dim ** -0.5
+        bias[0] *= shape.head_dim ** -0.5
+        pairs = (2, shape.heads, shape.head_dim // 2, 2)
+        q, k = self.rotated(x, weight[:2].reshape(*pairs, shape.dim), bias[:2].reshape(pairs), cos, sin)
+        v = self.by_head(self.graph.linear(x, weight[2], bias[2]))
+        return self.feed_forward(x, self.attention(q, k, v), block, "out_proj")
 
     def cross_attention(self, x0, x1, block):
-        g, shape = self.graph, self.shape
+        g = self.graph
         weight, bias = self.pair(f"{block}.to_qk")
-        scale = (shape.dim // shape.heads) ** -0.25
-        qk0, qk1 = (g.linear(x, weight * scale, bias * scale) for x in (x0, x1))
-        v0, v1 = (g.linear(x, *self.pair(f"{block}.to_v")) for x in (x0, x1))
+        scale = self.shape.head_dim ** -0.25
+        qk0, qk1 = (self.by_head(g.linear(x, weight * scale, bias * scale)) for x in (x0, x1))
+        v0, v1 = (self.by_head(g.linear(x, *self.pair(f"{block}.to_v"))) for x in (x0, x1))
         m0, m1 = self.attention(qk0, qk1, v1), self.attention(qk1, qk0, v0)
         return [self.feed_forward(x, m, block, "to_out") for x, m in ((x0, m0), (x1, m1))]
 
@@ -129,11 +150,11 @@ def build_input(state):
     if "input_proj.weight" in state:
         x = g.linear(x, *stage.pair("input_proj"))
     g.output(x, "x", ["points", shape.dim])
-    # Each frequency serves a pair of channels, in every head, for queries and for keys.
-    frequencies = np.tile(np.repeat(state["posenc.Wr.weight"], 2, 0), (2 * shape.heads, 1))
+    # Each frequency turns a pair of channels, in every head, of queries and of keys.
+    frequencies = np.tile(state["posenc.Wr.weight"], (2 * shape.heads, 1))
     angle = g.linear(points, frequencies)
-    g.output(g.node("Cos", angle), "cos", ["points", 2 * shape.dim])
-    g.output(g.node("Sin", angle), "sin", ["points", 2 * shape.dim])
+    g.output(g.node("Cos", angle), "cos", ["points", shape.dim])
+    g.output(g.node("Sin", angle), "sin", ["points", shape.dim])
     return g.model()
 
 
@@ -150,7 +171,7 @@ def build_layer(state, layer):
     states = []
     for i in "01":
         x, cos, sin = (g.input(f"{name}{i}", [f"points{i}", width])
-                       for name, width in (("x", dim), ("cos", 2 * dim), ("sin", 2 * dim)))
+                       for name, width in (("x", dim), ("cos", dim), ("sin", dim)))
         states.append(stage.self_attention(x, cos, sin, f"{block}.self_attn"))
     states = stage.cross_attention(*states, f"{block}.cross_attn")
     for i, x in enumerate(states):

@@ -53,7 +53,7 @@ class _XFeat:
         # Average pooling over 4x4 and a 1x1 convolution are one convolution of stride 4.
         shortcut = np.repeat(np.repeat(self._state["skip1.1.weight"] / 16, 4, 2), 4, 3)
         y = self.graph.conv(image, shortcut, self._state["skip1.1.bias"], 4, [0] * 4)
-        return self.graph.node("Add", y, x)
+        return self.graph.node("Add", x, y)
 
     def _enlarged(self, x, factor):
         scales = self.graph.weight([1, 1, factor, factor])

@@ -1,0 +1,80 @@
+#include "rover/optimization/reprojection.h"
+
+#include "rover/optimization/robust_kernel.h"
+
+namespace rover {
+namespace {
+
+// skew(x)^T * m: the columns of m crossed with x.
+Eigen::Matrix3d crossed_columns(const Eigen::Matrix3d& m, const Eigen::Vector3d& x) {
+  Eigen::Matrix3d result;
+  for (int column = 0; column < 3; ++column) result.col(column) = m.col(column).cross(x);
+  return result;
+}
+
+}  // namespace
+
+Reprojector::Reprojector(const Rig& rig) : rig_(rig) {
+  camera_from_body_.reserve(rig.body_from_camera.size());
+  for (const SE3& body_from_camera : rig.body_from_camera) {
+    const SE3 inverse = body_from_camera.inverse();
+    camera_from_body_.push_back({inverse.rotation_matrix(), inverse.translation});
+  }
+}
+
+bool Reprojector::evaluate(int camera, const Eigen::Vector3d& point_in_body,
+                           const Eigen::Vector2d& pixel, double sigma, Eigen::Vector2d& residual,
+                           Matrix23d* by_body_point) const {
+  const Extrinsics& extrinsics = camera_from_body_[camera];
+  const Eigen::Vector3d point = extrinsics.rotation * point_in_body + extrinsics.translation;
+  Matrix23d jacobian;
+  const auto projected = rig_.cameras[camera].project(point, by_body_point ? &jacobian : nullptr);
+  if (!projected) return false;
+  const double scale = 1 / sigma;
+  residual = scale * (pixel - *projected);
+  if (by_body_point) by_body_point->noalias() = (-scale * jacobian) * extrinsics.rotation;
+  return true;
+}
+
+bool Reprojector::evaluate(int camera, const SE3& world_from_body, const Eigen::Vector3d& point,
+                           const Eigen::Vector2d& pixel, double sigma, Eigen::Vector2d& residual,
+                           Matrix26d* by_pose, Matrix23d* by_point) const {
+  const BodyFrame frame(world_from_body);
+  const Eigen::Vector3d x = frame.from_world(point);
+  Matrix23d jacobian;
+  const bool wanted = by_pose || by_point;
+  if (!evaluate(camera, x, pixel, sigma, residual, wanted ? &jacobian : nullptr)) return false;
+  if (by_pose) *by_pose << -jacobian, jacobian * skew(x);
+  if (by_point) *by_point = jacobian * frame.rotation.transpose();
+  return true;
+}
+
+double Reprojector::chi2(int camera, const Eigen::Vector3d& point_in_body,
+                         const Eigen::Vector2d& pixel, double sigma) const {
+  Eigen::Vector2d residual;
+  const bool seen = evaluate(camera, point_in_body, pixel, sigma, residual, nullptr);
+  return seen ? residual.squaredNorm() : kUnseenChi2;
+}
+
+void PointInformation::add_to_pose(const Eigen::Vector3d& x, Matrix6d& pose_hessian,
+                                   Vector6d& pose_gradient) const {
+  // [-I, S]^T hessian [-I, S] with S = skew(x); S^T (S^T hessian)^T = S^T hessian S.
+  const Eigen::Matrix3d rotated = crossed_columns(hessian, x);
+  pose_hessian.topLeftCorner<3, 3>() += hessian;
+  pose_hessian.bottomLeftCorner<3, 3>() -= rotated;
+  pose_hessian.topRightCorner<3, 3>() -= rotated.transpose();
+  pose_hessian.bottomRightCorner<3, 3>() += crossed_columns(rotated.transpose(), x);
+  pose_gradient.head<3>() -= gradient;
+  pose_gradient.tail<3>() += gradient.cross(x);
+}
+
+Matrix63d PointInformation::cross(const Eigen::Vector3d& x,
+                                  const Eigen::Matrix3d& world_from_body) const {
+  const Eigen::Matrix3d turned = hessian * world_from_body.transpose();
+  Matrix63d result;
+  result.topRows<3>() = -turned;
+  result.bottomRows<3>() = crossed_columns(turned, x);
+  return result;
+}
+
+}  // namespace rover

@@ -20,8 +20,9 @@ struct ReferencePatch {
 std::optional<ReferencePatch> cut_patch(const cv::Mat& image, const Eigen::Vector2f& position);
 
 struct PatchRefinementOptions {
-  int half_window = 5;           // px: an 11x11 window of the patch is aligned
+  int half_window = 5;  // px: an 11x11 window of the patch is aligned
   int max_iterations = 10;
+  float max_sigma = 1.0f;        // px: less certain results (edges, plain walls) are refused
   float max_shift = 3.0f;        // px from the initial position; farther: not converged
   float min_step = 0.02f;        // px: the iteration stops below it
   float min_correlation = 0.8f;  // normalised cross-correlation at the end

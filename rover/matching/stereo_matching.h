@@ -13,19 +13,19 @@ namespace rover {
 // A left feature seen in the right image too.
 struct StereoMatch {
   int left = -1;
-  int right = -1;                // the right feature, or -1 when found in the image alone
-  Eigen::Vector2f position;      // px in the raw right image, refined
-  float sigma = 1;               // px, of that position
-  Eigen::Vector3d point;         // triangulated, m, frame of the left camera
-  float depth_sigma = 0;         // m, standard deviation of the point's distance
+  int right = -1;            // the right feature, or -1 when found in the image alone
+  Eigen::Vector2f position;  // px in the raw right image, refined
+  float sigma = 1;           // px, of that position
+  Eigen::Vector3d point;     // triangulated, m, frame of the left camera
+  float depth_sigma = 0;     // m, standard deviation of the point's distance
 };
 
 struct StereoMatchingOptions {
-  float min_similarity = 0.7f;   // cosine of the two descriptors
-  float epipolar_gate = 2.0f;    // px from the epipolar line, for features at sigma 1 px
-  float min_depth = 0.2f;        // m
-  float max_depth = 1000.0f;     // m
-  bool refine = true;            // photometric refinement of the right position
+  float min_similarity = 0.7f;  // cosine of the two descriptors
+  float epipolar_gate = 2.0f;   // px from the epipolar line, for features at sigma 1 px
+  float min_depth = 0.2f;       // m
+  float max_depth = 1000.0f;    // m
+  bool refine = true;           // photometric refinement of the right position
 
   void check() const;
 };

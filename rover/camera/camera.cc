@@ -187,4 +187,10 @@ double Rig::baseline() const {
   return (body_from_camera[1].translation - body_from_camera[0].translation).norm();
 }
 
+Rig Rig::in_camera_frame() const {
+  Rig moved = *this;
+  for (SE3& pose : moved.body_from_camera) pose = body_from_camera[0].inverse() * pose;
+  return moved;
+}
+
 }  // namespace rover

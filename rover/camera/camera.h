@@ -20,7 +20,9 @@ using Matrix23d = Eigen::Matrix<double, 2, 3>;
 //
 // kPinhole: fx fy cx cy with radial-tangential distortion k1 k2 p1 p2 [k3] (OpenCV's and Kalibr's
 // radtan). Beyond the radius where the distortion polynomial stops growing, project reports
-// nothing. kFisheye: fx fy cx cy with Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye, Kalibr's equi).
+// nothing. kFisheye: fx fy cx cy with Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye, Kalibr's equi);
+// it sees up to the angle where its polynomial stops growing, beyond 90 degrees where that allows.
+// No coefficients at all mean zeros.
 class Camera {
  public:
   // Throws InputError for sizes, focal lengths or coefficients that make no sense.
@@ -43,7 +45,8 @@ class Camera {
   // The unit ray of a pixel. Nothing where the distortion has no inverse.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
 
-  // Whether a pixel lies inside the image, at least `border` px from its edge.
+  // Whether a pixel lies at least `border` px inside the centres of the outermost pixels, where
+  // the image can be interpolated.
   bool contains(const Eigen::Vector2d& pixel, double border = 0) const;
 
  private:
@@ -64,6 +67,8 @@ struct Rig {
   int size() const { return static_cast<int>(cameras.size()); }
   // Distance between cameras 0 and 1 in metres; 0 for one camera.
   double baseline() const;
+  // The same rig with the body frame moved into camera 0, as visual modes want it.
+  Rig in_camera_frame() const;
 };
 
 }  // namespace rover

@@ -1,0 +1,2 @@
+#define ROVER_KERNELS avx512_kernels
+#include "rover/features/kernels_impl.h"

@@ -1,0 +1,2 @@
+#define ROVER_KERNELS baseline_kernels
+#include "rover/features/kernels_impl.h"

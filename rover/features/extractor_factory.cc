@@ -6,37 +6,49 @@
 #include <map>
 
 #include "rover/base/error.h"
+#include "rover/features/orb_extractor.h"
+#include "rover/features/superpoint_extractor.h"
 #include "rover/features/xfeat_corner_extractor.h"
+#include "rover/features/xfeat_extractor.h"
 
 namespace rover {
 namespace {
 
 using Make = std::function<std::unique_ptr<Extractor>(Runtime&, const ExtractorOptions&)>;
 
-// An extractor's own options with those given laid over them.
-template <class Options>
-Options overlay(Options options, const ExtractorOptions& given) {
-  AdaptiveThresholdOptions& threshold = options.selection.threshold;
+void overlay(const ExtractorOptions& given, SelectionOptions& options) {
+  AdaptiveThresholdOptions& threshold = options.threshold;
   threshold.enabled = given.adaptive_threshold;
   threshold.mu1 = given.mu1.value_or(threshold.mu1);
   threshold.mu2 = given.mu2.value_or(threshold.mu2);
   threshold.min_features = given.min_features.value_or(threshold.min_features);
-  options.selection.spread = given.spread.value_or(options.selection.spread);
-  options.maxima.radius = given.radius.value_or(options.maxima.radius);
-  return options;
+  options.spread = given.spread.value_or(options.spread);
 }
 
-template <class Options>
-Make maker(std::unique_ptr<Extractor> (*make)(Runtime&, const Options&)) {
-  return [make](Runtime& runtime, const ExtractorOptions& given) {
-    return make(runtime, overlay(Options{}, given));
+Make map_based(std::unique_ptr<Extractor> (*make)(Runtime&, const DetectionOptions&),
+               DetectionOptions (*defaults)()) {
+  return [=](Runtime& runtime, const ExtractorOptions& given) {
+    DetectionOptions options = defaults();
+    overlay(given, options.selection);
+    options.maxima.radius = given.radius.value_or(options.maxima.radius);
+    options.kernels = given.kernels;
+    return make(runtime, options);
   };
+}
+
+std::unique_ptr<Extractor> make_orb(Runtime&, const ExtractorOptions& given) {
+  OrbOptions options;
+  overlay(given, options.selection);
+  return make_orb_extractor(options);
 }
 
 // One line registers an extractor.
 const std::map<std::string, Make>& makers() {
   static const std::map<std::string, Make> all = {
-      {"xfeat-corner", maker(make_xfeat_corner_extractor)},
+      {"xfeat-corner", map_based(make_xfeat_corner_extractor, xfeat_corner_options)},
+      {"xfeat", map_based(make_xfeat_extractor, xfeat_options)},
+      {"superpoint", map_based(make_superpoint_extractor, superpoint_options)},
+      {"orb", make_orb},
   };
   return all;
 }

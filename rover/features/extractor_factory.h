@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rover/features/adaptive_threshold.h"
 #include "rover/features/extractor.h"
+#include "rover/features/kernels.h"
 #include "rover/networks/runtime.h"
 
 namespace rover {
@@ -17,6 +19,7 @@ struct ExtractorOptions {
   std::optional<float> mu1, mu2;    // see AdaptiveThresholdOptions
   std::optional<int> min_features;  // likewise
   bool adaptive_threshold = true;
+  const kernels::Kernels* kernels = nullptr;  // null: the best that this machine supports
 };
 
 // "xfeat-corner" (default), ...

@@ -42,6 +42,7 @@ class WorkspacePool {
     }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
+    Workspace& operator*() const { return *workspace_; }
     Workspace* operator->() const { return workspace_.get(); }
 
    private:

@@ -88,7 +88,7 @@ std::vector<Candidate> find_local_maxima(const ScoreMap& map, const MaximaOption
   return candidates;
 }
 
-cv::Point2f refine_parabola(const ScoreMap& map, const Candidate& candidate) {
+Eigen::Vector2f refine_parabola(const ScoreMap& map, const Candidate& candidate) {
   const float* at = map.at(candidate.x, candidate.y);
   return {
       static_cast<float>(candidate.x) + parabola_offset(at[-1], at[0], at[1]),

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 
 #include "rover/base/thread_pool.h"
@@ -21,6 +22,7 @@ struct ScoreMap {
 struct Candidate {
   int x, y;
   float score;
+  int index = -1;  // free for those who choose among things of their own
 };
 
 struct MaximaOptions {
@@ -46,6 +48,6 @@ inline float parabola_offset(float before, float at, float after) {
 }
 
 // Sub-pixel position of a maximum: one parabola in x, one in y.
-cv::Point2f refine_parabola(const ScoreMap& map, const Candidate& candidate);
+Eigen::Vector2f refine_parabola(const ScoreMap& map, const Candidate& candidate);
 
 }  // namespace rover

@@ -10,7 +10,7 @@ namespace rover {
 namespace {
 
 bool is_better(const Candidate& a, const Candidate& b) {
-  return std::tie(b.score, a.y, a.x) < std::tie(a.score, b.y, b.x);
+  return std::tie(b.score, a.y, a.x, a.index) < std::tie(a.score, b.y, b.x, b.index);
 }
 
 float threshold_for(const std::vector<Candidate>& candidates, const ExtractionRequest& request,

@@ -2,21 +2,14 @@
 
 #include <memory>
 
+#include "rover/features/detection.h"
 #include "rover/features/extractor.h"
-#include "rover/features/local_maxima.h"
-#include "rover/features/selection.h"
 #include "rover/networks/runtime.h"
 
 namespace rover {
 
-struct XFeatCornerOptions {
-  // floor and low: a response that sensor noise alone makes (gray levels per px).
-  MaximaOptions maxima{.radius = 4, .border = 6, .floor = 0.1f};
-  SelectionOptions selection;
-  const kernels::Kernels* kernels = nullptr;  // null: the best that this machine supports
-
-  void check() const;
-};
+// Suppression 9x9; the floor is a response that sensor noise alone makes.
+DetectionOptions xfeat_corner_options();
 
 // Corners that XFeat finds reliable, with XFeat's descriptors (DESIGN, section 4): the learned
 // reliability decides which corners, the structure tensor where they are, the learned map what they
@@ -25,6 +18,6 @@ struct XFeatCornerOptions {
 //
 // Sources: Shi and Tomasi, Good Features to Track, CVPR 1994; Potje et al., XFeat, CVPR 2024.
 std::unique_ptr<Extractor> make_xfeat_corner_extractor(Runtime& runtime,
-                                                       const XFeatCornerOptions& options = {});
+                                                       const DetectionOptions& options);
 
 }  // namespace rover

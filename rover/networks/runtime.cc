@@ -225,6 +225,7 @@ std::vector<fs::path> model_folders() {
     if (!program.empty()) folders.push_back((program / beside).lexically_normal());
   }
   folders.emplace_back(ROVER_BUILD_MODELS);
+  folders.emplace_back(ROVER_INSTALLED_MODELS);
   return folders;
 }
 

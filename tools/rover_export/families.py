@@ -1,14 +1,18 @@
 """What can be exported: where each family's weights come from and which graphs it has."""
 
 from dataclasses import dataclass
+from math import exp
 from typing import Callable
 
+from .aliked import build_dense
+from .aliked_head import PATCH, build_descriptors, build_offsets, dim_of
 from .lightglue import build_assignment, build_input, build_layer, renamed, shape_of
 from .packages import LIGHTGLUE_PACKAGE, XFEAT_PACKAGE
 from .superpoint import build_superpoint
 from .xfeat import build_xfeat
 
 _APACHE = "Apache-2.0"
+_BSD = "BSD-3-Clause"
 _MAGIC_LEAP = "Magic Leap: academic or non-profit research use only, not to be passed on"
 
 
@@ -33,6 +37,18 @@ def _superpoint(state):
     return {"superpoint": build_superpoint(state)}, facts
 
 
+def _aliked(name):
+    def build(state):
+        facts = {"kind": "extractor", "licence": _BSD, "descriptor_dim": dim_of(state),
+                 "size_multiple": 32, "input_scale": 1.0 / 255, "level_factors": [1, 2, 8, 32],
+                 "level_dim": dim_of(state) // 4, "patch": PATCH,
+                 "positions": state["desc_head.agg_weights"].shape[0]}
+        return {name: build_dense(state, name),
+                f"{name}_offsets": build_offsets(state, f"{name}_offsets"),
+                f"{name}_descriptors": build_descriptors(state, f"{name}_descriptors")}, facts
+    return build
+
+
 def _matcher(name, licence):
     def build(state):
         state = renamed(state)
@@ -52,14 +68,15 @@ def _matcher(name, licence):
 
 def thresholds(layers):
     """A point counts as certain after layer k (from 0) of n above this confidence."""
-    from math import exp
-    return [0.8 + 0.1 * exp(-4.0 * (k + 1) / layers) for k in range(layers - 1)]
+    return [0.8 + 0.1 * exp(-4.0 * k / layers) for k in range(layers - 1)]
 
 
 FAMILIES = {
     "xfeat": Family(_xfeat, XFEAT_PACKAGE, "weights/xfeat.pt"),
     "lighterglue": Family(_matcher("lighterglue", _APACHE), XFEAT_PACKAGE,
                           "weights/xfeat-lighterglue.pt"),
+    "aliked-t16": Family(_aliked("aliked-t16"), LIGHTGLUE_PACKAGE, "/aliked-t16.pth"),
+    "aliked-n16": Family(_aliked("aliked-n16"), LIGHTGLUE_PACKAGE, "/aliked-n16.pth"),
     "lightglue-aliked-n16": Family(_matcher("lightglue-aliked-n16", _APACHE), LIGHTGLUE_PACKAGE,
                                    "pretrained_weights/aliked_lightglue.pth"),
     "superpoint": Family(_superpoint, option="superpoint"),

@@ -11,25 +11,22 @@ namespace {
 const std::set<std::string> kRadialTangential = {"radial-tangential", "radtan", "plumb_bob"};
 const std::set<std::string> kFisheye = {"equidistant", "equi", "fisheye", "kannala-brandt"};
 
+// A missing distortion is an error, not none: a file that was cut off must not pass.
 CameraModel model_of(const YamlFields& fields) {
   const std::string model = fields.text("camera_model");
-  const std::string distortion =
-      fields.has("distortion_model") ? fields.text("distortion_model") : "none";
+  const std::string distortion = fields.text("distortion_model");
   if (model == "pinhole" && kFisheye.contains(distortion)) return CameraModel::kFisheye;
   if (model == "pinhole" && (distortion == "none" || kRadialTangential.contains(distortion))) {
     return CameraModel::kPinhole;
   }
   fields.fail("camera model '" + model + "' with distortion '" + distortion +
-              "' is not known; known is pinhole with radtan or equidistant");
+              "' is not known; known is pinhole with radtan, equidistant or none");
 }
 
 std::vector<double> distortion_of(const YamlFields& fields) {
-  if (fields.has("distortion_model") && fields.text("distortion_model") == "none") return {};
-  for (const char* key : {"distortion_coefficients", "distortion_coeffs"}) {
-    if (fields.has(key)) return fields.numbers(key);
-  }
-  if (!fields.has("distortion_model")) return {};
-  fields.fail("'distortion_coefficients' is missing");
+  if (fields.text("distortion_model") == "none") return {};
+  const bool kalibr = fields.has("distortion_coeffs");
+  return fields.numbers(kalibr ? "distortion_coeffs" : "distortion_coefficients");
 }
 
 int pixel_count(const YamlFields& fields, double value) {
@@ -46,8 +43,11 @@ Camera camera_of(const YamlFields& fields) {
   if (intrinsics.size() != 4) fields.fail("'intrinsics' is not [fx, fy, cx, cy]");
   const CameraModel model = model_of(fields);
   try {
-    return {model, pixel_count(fields, resolution[0]), pixel_count(fields, resolution[1]),
-            {intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]}, distortion_of(fields)};
+    return {model,
+            pixel_count(fields, resolution[0]),
+            pixel_count(fields, resolution[1]),
+            {intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]},
+            distortion_of(fields)};
   } catch (const InputError& error) {
     fields.fail(error.what());
   }
@@ -71,8 +71,8 @@ RigCalibration read_camchain(const YamlFields& fields) {
   const YamlFields first = fields.child("cam0");
   result.body_is_imu = first.has("T_cam_imu");
   result.rig.cameras.push_back(camera_of(first));
-  result.rig.body_from_camera.push_back(
-      result.body_is_imu ? first.transform("T_cam_imu").inverse() : SE3());
+  result.rig.body_from_camera.push_back(result.body_is_imu ? first.transform("T_cam_imu").inverse()
+                                                           : SE3());
   for (int i = 1; fields.has("cam" + std::to_string(i)); ++i) {
     const YamlFields camera = fields.child("cam" + std::to_string(i));
     result.rig.cameras.push_back(camera_of(camera));

@@ -14,7 +14,8 @@ struct RigCalibration {
                              // the body frame is camera 0's
 };
 
-// Reads an EuRoC sensor.yaml (one camera; T_BS is body_from_camera) or a Kalibr camchain (cam0, cam1
+// Reads an EuRoC sensor.yaml (one camera; T_BS is body_from_camera) or a Kalibr camchain (cam0,
+// cam1
 // ...; T_cam_imu, T_cn_cnm1). Throws InputError naming the file and what is wrong in it.
 RigCalibration read_rig_calibration(const std::filesystem::path& file);
 

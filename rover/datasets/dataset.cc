@@ -40,8 +40,10 @@ DatasetFormat detect_format(const fs::path& path) {
   if (fs::exists(path / "mav0") || fs::exists(path / "cam0")) return DatasetFormat::kEuroc;
   if (fs::exists(path / "rgb.txt")) return DatasetFormat::kTum;
   if (fs::exists(path / "image_0")) return DatasetFormat::kKitti;
-  require(holds_images(path), "{}: no known format; looked for mav0/ or cam0/ (EuRoC), rgb.txt "
-                              "(TUM), image_0/ (KITTI) and image files", path.string());
+  require(holds_images(path),
+          "{}: no known format; looked for mav0/ or cam0/ (EuRoC), rgb.txt "
+          "(TUM), image_0/ (KITTI) and image files",
+          path.string());
   return DatasetFormat::kFolder;
 }
 
@@ -126,8 +128,8 @@ Rig choose_cameras(const RigCalibration& calibration, const DatasetOptions& opti
 }
 
 void require_monocular(const DatasetOptions& options, const std::string& format) {
-  require(!options.stereo, "{}: {} has one camera; choose a mode with one",
-          options.path.string(), format);
+  require(!options.stereo, "{}: {} has one camera; choose a mode with one", options.path.string(),
+          format);
   require(!options.inertial, "{}: {} has no inertial data; choose a mode without",
           options.path.string(), format);
 }

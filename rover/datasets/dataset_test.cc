@@ -111,8 +111,8 @@ TEST(Euroc, MakesTheInertialSensorTheBody) {
 TEST(Euroc, ReadsTheTumViLayout) {
   TestFolder folder;
   write_euroc(folder);
-  for (const char* name : {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml",
-                           "mav0/imu0/sensor.yaml"}) {
+  for (const char* name :
+       {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/imu0/sensor.yaml"}) {
     std::filesystem::remove(folder / name);
   }
   std::filesystem::rename(folder / "mav0/state_groundtruth_estimate0", folder / "mav0/mocap0");

@@ -91,11 +91,10 @@ void rebase_to_imu(const SE3& body_from_imu, Sequence& sequence) {
 void read_imu(const fs::path& root, const DatasetOptions& options, Sequence& sequence) {
   require(fs::is_directory(root / "imu0"),
           "{}: has no imu0 folder; choose a mode without inertial data", root.string());
-  const ImuFileCalibration calibration =
-      read_imu_calibration(imu_calibration_file(root, options));
+  const ImuFileCalibration calibration = read_imu_calibration(imu_calibration_file(root, options));
   sequence.imu_calibration = calibration.imu;
-  sequence.imu = read_timed_rows<ImuSample>(root / "imu0" / "data.csv", ',', parse_imu_row,
-                                            &sequence.notes);
+  sequence.imu =
+      read_timed_rows<ImuSample>(root / "imu0" / "data.csv", ',', parse_imu_row, &sequence.notes);
   require(sequence.imu.front().time <= sequence.frames.back().time &&
               sequence.imu.back().time >= sequence.frames.front().time,
           "{}: inertial data and images do not overlap in time; are both of one clock?",
@@ -125,11 +124,12 @@ std::vector<FrameRecord> join_stereo(const std::vector<StampedFile>& left,
     if (found) ++joined, ++next;
   }
   if (joined < left.size() || joined < right.size()) {
-    notes.push_back(fmt::format("stereo: {} of {} left and {} right images have a partner",
-                                joined, left.size(), right.size()));
+    notes.push_back(fmt::format("stereo: {} of {} left and {} right images have a partner", joined,
+                                left.size(), right.size()));
   }
-  require(joined > 0, "stereo: no image of camera 0 has a partner of the same time in camera 1; "
-                      "check the time stamps in cam1/data.csv");
+  require(joined > 0,
+          "stereo: no image of camera 0 has a partner of the same time in camera 1; "
+          "check the time stamps in cam1/data.csv");
   return frames;
 }
 

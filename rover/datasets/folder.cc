@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDefaultRate = 30;          // Hz
+constexpr double kDefaultRate = 30;            // Hz
 constexpr std::size_t kNanosecondDigits = 15;  // shorter numbers are counters
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -97,8 +97,8 @@ std::vector<FrameRecord> stamp_by_name(const std::vector<fs::path>& files,
   const auto same = [](const FrameRecord& a, const FrameRecord& b) { return a.time == b.time; };
   const auto end = std::unique(frames.begin(), frames.end(), same);
   if (end != frames.end()) {
-    notes.push_back(fmt::format("{} images left out: their time stamps repeat",
-                                frames.end() - end));
+    notes.push_back(
+        fmt::format("{} images left out: their time stamps repeat", frames.end() - end));
   }
   frames.erase(end, frames.end());
   return frames;

@@ -13,8 +13,7 @@ constexpr std::array<std::uint8_t, 8> kPngSignature = {0x89, 'P', 'N', 'G', '\r'
 constexpr std::size_t kMaxSide = 65535;
 
 bool starts_with(Bytes bytes, Bytes prefix) {
-  return bytes.size() >= prefix.size() &&
-         std::equal(prefix.begin(), prefix.end(), bytes.begin());
+  return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
 }
 
 // `count` bytes, most significant first; 0 beyond the end.

@@ -13,8 +13,9 @@ struct LoadedImage {
   std::string problem;  // one line that names the file
 };
 
-// Reads any image file as 8-bit gray. Never throws: missing, empty, cut or damaged files, and images
-// of another size than `expected` (any size if that is empty), are problems of this one image.
+// Reads any image file as 8-bit gray. Never throws: missing, empty, cut or damaged files, and
+// images of another size than `expected` (any size if that is empty), are problems of this one
+// image.
 LoadedImage load_gray_image(const std::filesystem::path& file, cv::Size expected);
 
 }  // namespace rover

@@ -95,8 +95,8 @@ Rig read_own_rig(const DatasetOptions& options, cv::Size size) {
 
 Rig read_rig(const DatasetOptions& options, const ImagesByNumber& images) {
   if (!options.calibration) return read_own_rig(options, find_image_size(images));
-  return rebase_to_camera0(choose_cameras(read_rig_calibration(*options.calibration), options,
-                                          *options.calibration));
+  return rebase_to_camera0(
+      choose_cameras(read_rig_calibration(*options.calibration), options, *options.calibration));
 }
 
 struct FrameTime {
@@ -170,16 +170,17 @@ Trajectory read_ground_truth(const fs::path& file, const std::vector<FrameTime>&
 }  // namespace
 
 Sequence read_kitti_sequence(const DatasetOptions& options) {
-  require(!options.inertial, "{}: a KITTI odometry folder has no inertial data; choose a mode "
-                             "without", options.path.string());
+  require(!options.inertial,
+          "{}: a KITTI odometry folder has no inertial data; choose a mode "
+          "without",
+          options.path.string());
   std::vector<ImagesByNumber> cameras = {list_images(options.path / "image_0")};
   if (options.stereo) cameras.push_back(list_images(options.path / "image_1"));
   Sequence sequence;
   sequence.rig = read_rig(options, cameras.front());
   const auto times = read_times(options.path / "times.txt", sequence.notes);
   sequence.frames = join(times, cameras, sequence.notes);
-  sequence.ground_truth = read_ground_truth(ground_truth_file(options.path), times,
-                                            sequence.notes);
+  sequence.ground_truth = read_ground_truth(ground_truth_file(options.path), times, sequence.notes);
   return sequence;
 }
 

@@ -19,8 +19,7 @@ StampedPose parse_tum_row(const TextRow& row) {
 
 }  // namespace
 
-Trajectory read_tum_trajectory(const std::filesystem::path& file,
-                               std::vector<std::string>* notes) {
+Trajectory read_tum_trajectory(const std::filesystem::path& file, std::vector<std::string>* notes) {
   return read_timed_rows<StampedPose>(file, ' ', parse_tum_row, notes);
 }
 

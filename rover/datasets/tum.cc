@@ -35,8 +35,10 @@ Rig read_rig(const DatasetOptions& options) {
     const std::vector<double> distortion(known.distortion.begin(), known.distortion.end());
     return single_camera(Camera(CameraModel::kPinhole, 640, 480, known.intrinsics, distortion));
   }
-  throw InputError("{}: its name holds none of freiburg1, freiburg2, freiburg3, so its camera is "
-                   "unknown; give --calibration FILE", options.path.string());
+  throw InputError(
+      "{}: its name holds none of freiburg1, freiburg2, freiburg3, so its camera is "
+      "unknown; give --calibration FILE",
+      options.path.string());
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace rover {
+
+// Each adds one subcommand, in a file of its own. Its callback does the work and throws InputError
+// for what the user can mend.
+void add_run(CLI::App& program);
+void add_evaluate(CLI::App& program);
+void add_match(CLI::App& program);
+
+}  // namespace rover

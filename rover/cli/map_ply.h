@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+
+#include "rover/map/map.h"
+
+namespace rover {
+
+// Writes landmarks (gray) and keyframe positions (red) as a binary point cloud that MeshLab,
+// CloudCompare and Open3D read.
+void write_map_ply(const std::filesystem::path& file, const Map& map);
+
+}  // namespace rover

@@ -53,3 +53,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/roverConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/roverConfig.cmake ${PROJECT_BINARY_DIR}/roverConfigVersion.cmake
   DESTINATION ${rover_cmake_dir})
+
+if(ROVER_BUILD_TESTS AND TARGET rover AND EXISTS ${PROJECT_SOURCE_DIR}/examples/minimal/main.cc)
+  set(rover_sanitize_flags $<$<BOOL:${ROVER_SANITIZE}>:-fsanitize=${ROVER_SANITIZE}>)
+  add_test(NAME install.find_package COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR}
+    -DSOURCE=${PROJECT_SOURCE_DIR} -DWORK=${PROJECT_BINARY_DIR}/install-test
+    -DFLAGS=${rover_sanitize_flags} -P ${PROJECT_SOURCE_DIR}/examples/test_install.cmake)
+  set_tests_properties(install.find_package PROPERTIES TIMEOUT 600)
+endif()

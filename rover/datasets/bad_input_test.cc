@@ -88,10 +88,10 @@ TEST_F(BadInput, ListIsMissingOrEmpty) {
 TEST_F(BadInput, ListHasBrokenLines) {
   write_euroc(folder_);
   folder_.write("mav0/cam0/data.csv",
-                euroc_image_list({0, 1, 2}) + "garbage\n" + "17,\n" + "140371");
-  EXPECT_THAT(frames(), SizeIs(3));
-  EXPECT_THAT(notes_, Contains(AllOf(HasSubstr("data.csv"), HasSubstr("3 of 6 lines"),
-                                     HasSubstr("line 5"))));
+                euroc_image_list({0, 1, 2, 3}) + "garbage\n" + "17,\n" + "140371");
+  EXPECT_THAT(frames(), SizeIs(4));
+  EXPECT_THAT(notes_, Contains(AllOf(HasSubstr("data.csv"), HasSubstr("3 of 7 lines"),
+                                     HasSubstr("line 6"))));
 }
 
 TEST_F(BadInput, ListIsMostlyBroken) {

@@ -112,10 +112,10 @@ Trajectory read_ground_truth(const fs::path& root, std::vector<std::string>& not
   return {};
 }
 
-std::vector<FrameRecord> join_stereo(const std::vector<StampedFile>& left,
-                                     const std::vector<StampedFile>& right,
-                                     std::vector<std::string>& notes) {
-  std::vector<FrameRecord> frames;
+std::vector<SequenceFrame> join_stereo(const std::vector<StampedFile>& left,
+                                       const std::vector<StampedFile>& right,
+                                       std::vector<std::string>& notes) {
+  std::vector<SequenceFrame> frames;
   std::size_t joined = 0, next = 0;
   for (const StampedFile& image : left) {
     while (next < right.size() && right[next].time < image.time - kStereoTolerance) ++next;
@@ -133,11 +133,11 @@ std::vector<FrameRecord> join_stereo(const std::vector<StampedFile>& left,
   return frames;
 }
 
-std::vector<FrameRecord> read_frames(const fs::path& root, bool stereo,
-                                     std::vector<std::string>& notes) {
+std::vector<SequenceFrame> read_frames(const fs::path& root, bool stereo,
+                                       std::vector<std::string>& notes) {
   const auto left = read_images(root / "cam0", notes);
   if (stereo) return join_stereo(left, read_images(root / "cam1", notes), notes);
-  std::vector<FrameRecord> frames;
+  std::vector<SequenceFrame> frames;
   for (const StampedFile& image : left) frames.push_back({image.time, {image.file}});
   return frames;
 }

@@ -70,17 +70,17 @@ std::optional<Timestamp> stamp_of(const fs::path& file) {
   }
 }
 
-std::vector<FrameRecord> stamp_by_rate(const std::vector<fs::path>& files, double rate) {
-  std::vector<FrameRecord> frames;
+std::vector<SequenceFrame> stamp_by_rate(const std::vector<fs::path>& files, double rate) {
+  std::vector<SequenceFrame> frames;
   for (const fs::path& file : files) {
     frames.push_back({from_seconds(static_cast<double>(frames.size()) / rate), {file}});
   }
   return frames;
 }
 
-std::vector<FrameRecord> stamp_by_name(const std::vector<fs::path>& files,
-                                       std::vector<std::string>& notes) {
-  std::vector<FrameRecord> frames;
+std::vector<SequenceFrame> stamp_by_name(const std::vector<fs::path>& files,
+                                         std::vector<std::string>& notes) {
+  std::vector<SequenceFrame> frames;
   std::size_t unnamed = 0;
   for (const fs::path& file : files) {
     if (const auto stamp = stamp_of(file)) {
@@ -93,8 +93,8 @@ std::vector<FrameRecord> stamp_by_name(const std::vector<fs::path>& files,
     notes.push_back(fmt::format("{} images left out: their names are no time stamps", unnamed));
   }
   std::stable_sort(frames.begin(), frames.end(),
-                   [](const FrameRecord& a, const FrameRecord& b) { return a.time < b.time; });
-  const auto same = [](const FrameRecord& a, const FrameRecord& b) { return a.time == b.time; };
+                   [](const SequenceFrame& a, const SequenceFrame& b) { return a.time < b.time; });
+  const auto same = [](const SequenceFrame& a, const SequenceFrame& b) { return a.time == b.time; };
   const auto end = std::unique(frames.begin(), frames.end(), same);
   if (end != frames.end()) {
     notes.push_back(
@@ -104,9 +104,9 @@ std::vector<FrameRecord> stamp_by_name(const std::vector<fs::path>& files,
   return frames;
 }
 
-std::vector<FrameRecord> stamp_frames(const std::vector<fs::path>& files,
-                                      const DatasetOptions& options,
-                                      std::vector<std::string>& notes) {
+std::vector<SequenceFrame> stamp_frames(const std::vector<fs::path>& files,
+                                        const DatasetOptions& options,
+                                        std::vector<std::string>& notes) {
   const auto stamped = std::count_if(files.begin(), files.end(),
                                      [](const fs::path& file) { return stamp_of(file); });
   if (options.frame_rate > 0) return stamp_by_rate(files, options.frame_rate);

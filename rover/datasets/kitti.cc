@@ -113,12 +113,12 @@ std::vector<FrameTime> read_times(const fs::path& file, std::vector<std::string>
   return read_timed_rows<FrameTime>(file, ' ', parse, &notes);
 }
 
-std::vector<FrameRecord> join(const std::vector<FrameTime>& times,
-                              const std::vector<ImagesByNumber>& cameras,
-                              std::vector<std::string>& notes) {
-  std::vector<FrameRecord> frames;
+std::vector<SequenceFrame> join(const std::vector<FrameTime>& times,
+                                const std::vector<ImagesByNumber>& cameras,
+                                std::vector<std::string>& notes) {
+  std::vector<SequenceFrame> frames;
   for (const auto& [time, number] : times) {
-    FrameRecord frame{time, {}};
+    SequenceFrame frame{time, {}};
     for (const ImagesByNumber& images : cameras) {
       const auto found = images.find(number);
       frame.images.push_back(found == images.end() ? fs::path() : found->second);

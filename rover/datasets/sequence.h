@@ -12,7 +12,7 @@
 namespace rover {
 
 // The images of one instant; an empty path where a camera has none.
-struct FrameRecord {
+struct SequenceFrame {
   Timestamp time = 0;
   std::vector<std::filesystem::path> images;  // one per camera of the rig
 };
@@ -21,7 +21,7 @@ struct FrameRecord {
 struct Sequence {
   Rig rig;
   std::optional<ImuCalibration> imu_calibration;
-  std::vector<FrameRecord> frames;
+  std::vector<SequenceFrame> frames;
   std::vector<ImuSample> imu;
   Trajectory ground_truth;  // of the rig's body frame
   std::vector<std::string> notes;

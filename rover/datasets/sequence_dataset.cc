@@ -24,7 +24,7 @@ class SequenceDataset : public Dataset {
 
   std::optional<SensorFrame> next() override {
     if (next_frame_ == sequence_.frames.size()) return std::nullopt;
-    const FrameRecord& record = sequence_.frames[next_frame_];
+    const SequenceFrame& record = sequence_.frames[next_frame_];
     SensorFrame frame;
     frame.index = static_cast<std::int64_t>(next_frame_++);
     frame.time = record.time;
@@ -34,7 +34,7 @@ class SequenceDataset : public Dataset {
   }
 
  private:
-  void add_image(const FrameRecord& record, std::size_t camera, SensorFrame& frame) const {
+  void add_image(const SequenceFrame& record, std::size_t camera, SensorFrame& frame) const {
     LoadedImage loaded;
     if (!record.images[camera].empty()) {
       loaded = load_gray_image(record.images[camera], size_of(sequence_.rig.cameras[camera]));
@@ -68,7 +68,7 @@ class SequenceDataset : public Dataset {
 void require_fitting_image(const Sequence& sequence, std::size_t camera) {
   constexpr std::size_t kProbes = 10;
   std::vector<std::filesystem::path> files;
-  for (const FrameRecord& record : sequence.frames) {
+  for (const SequenceFrame& record : sequence.frames) {
     if (!record.images[camera].empty()) files.push_back(record.images[camera]);
   }
   std::string problem = "none was recorded";

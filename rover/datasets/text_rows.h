@@ -39,8 +39,8 @@ class Omissions {
 
   void add(int line, std::string_view reason);
   int count() const { return count_; }
-  // Adds one line to the notes if anything was left out. Throws InputError if nothing was kept, or
-  // more was left out than kept: then the file is not what it should be.
+  // Adds one line to the notes if anything was left out. Throws InputError unless more was kept
+  // than left out: then the file is not what it should be.
   void finish(std::size_t kept, std::vector<std::string>* notes) const;
 
  private:

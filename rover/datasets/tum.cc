@@ -47,12 +47,12 @@ Sequence read_tum_sequence(const DatasetOptions& options) {
   require_monocular(options, "a TUM RGB-D folder");
   const auto parse = [&](const TextRow& row) {
     require_fields(row, 2);
-    return FrameRecord{parse_seconds_field(row.fields[0]), {options.path / row.fields[1]}};
+    return SequenceFrame{parse_seconds_field(row.fields[0]), {options.path / row.fields[1]}};
   };
   Sequence sequence;
   sequence.rig = read_rig(options);
   sequence.frames =
-      read_timed_rows<FrameRecord>(options.path / "rgb.txt", ' ', parse, &sequence.notes);
+      read_timed_rows<SequenceFrame>(options.path / "rgb.txt", ' ', parse, &sequence.notes);
   const fs::path ground_truth = options.path / "groundtruth.txt";
   if (fs::exists(ground_truth)) {
     sequence.ground_truth = read_tum_trajectory(ground_truth, &sequence.notes);

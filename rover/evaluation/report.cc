@@ -1,0 +1,132 @@
+#include "rover/evaluation/report.h"
+
+#include <algorithm>
+#include <functional>
+
+#include <fmt/format.h>
+
+namespace rover {
+namespace {
+
+using Cell = std::function<std::string(const Judgement&)>;
+
+struct Row {
+  std::string label;
+  std::vector<std::string> cells;
+};
+
+class Table {
+ public:
+  explicit Table(const std::vector<Judgement>& judgements) : judgements_(judgements) {
+    add("", [](const Judgement& j) { return j.name; });
+  }
+
+  void add(const std::string& label, const Cell& cell) {
+    Row row{label, {}};
+    for (const Judgement& judgement : judgements_) row.cells.push_back(cell(judgement));
+    rows_.push_back(std::move(row));
+  }
+
+  std::string text() const {
+    std::size_t label_width = 0, cell_width = 0;
+    for (const Row& row : rows_) {
+      label_width = std::max(label_width, row.label.size());
+      for (const auto& cell : row.cells) cell_width = std::max(cell_width, cell.size());
+    }
+    std::string text;
+    for (const Row& row : rows_) {
+      text += fmt::format("{:<{}}", row.label, label_width);
+      for (const auto& cell : row.cells) text += fmt::format("  {:>{}}", cell, cell_width);
+      text += '\n';
+    }
+    return text;
+  }
+
+ private:
+  const std::vector<Judgement>& judgements_;
+  std::vector<Row> rows_;
+};
+
+const char* name_of(AlignmentKind kind) {
+  switch (kind) {
+    case AlignmentKind::kRigid:
+      return "SE(3)";
+    case AlignmentKind::kSimilarity:
+      return "Sim(3)";
+    case AlignmentKind::kGravity:
+      return "4-DoF";
+  }
+  return "";
+}
+
+void add_errors(Table& table, AlignmentKind kind, const std::string& label,
+                const std::function<std::string(const AlignedErrors&)>& cell) {
+  table.add(label, [kind, cell](const Judgement& judgement) {
+    const auto& errors = errors_under(judgement, kind);
+    return errors ? cell(*errors) : std::string("-");
+  });
+}
+
+void add_alignment(Table& table, AlignmentKind kind) {
+  const std::string name = name_of(kind);
+  add_errors(table, kind, "ATE " + name + ", rmse [m]",
+             [](const AlignedErrors& e) { return fmt::format("{:.4f}", e.position.rmse); });
+  add_errors(table, kind, "  mean, median [m]", [](const AlignedErrors& e) {
+    return fmt::format("{:.4f}, {:.4f}", e.position.mean, e.position.median);
+  });
+  add_errors(table, kind, "  max, std [m]", [](const AlignedErrors& e) {
+    return fmt::format("{:.4f}, {:.4f}", e.position.max, e.position.std);
+  });
+  if (kind != AlignmentKind::kSimilarity) return;
+  add_errors(table, kind, "  scale", [](const AlignedErrors& e) {
+    return fmt::format("{:.4f}", e.reference_from_estimate.scale);
+  });
+}
+
+void add_relative(Table& table, AlignmentKind kind) {
+  add_errors(table, kind, fmt::format("RPE {} per frame, rmse [mm]", name_of(kind)),
+             [](const AlignedErrors& e) {
+               return fmt::format("{:.2f}", 1000 * e.relative_translation.rmse);
+             });
+  add_errors(table, kind, "  rotation, rmse [deg]", [](const AlignedErrors& e) {
+    return fmt::format("{:.4f}", e.relative_rotation.rmse);
+  });
+  add_errors(table, kind, "RPE per distance [%]", [](const AlignedErrors& e) {
+    return e.per_distance.count > 0 ? fmt::format("{:.3f}", e.per_distance.translation) : "-";
+  });
+  add_errors(table, kind, "  rotation [deg/m]", [](const AlignedErrors& e) {
+    return e.per_distance.count > 0 ? fmt::format("{:.5f}", e.per_distance.rotation) : "-";
+  });
+  add_errors(table, kind, "  over stretches of [m]", [](const AlignedErrors& e) {
+    const auto& lengths = e.per_distance.lengths;
+    if (lengths.empty()) return std::string("-");
+    return fmt::format("{:.3g} to {:.3g}", lengths.front(), lengths.back());
+  });
+}
+
+}  // namespace
+
+const std::optional<AlignedErrors>& errors_under(const Judgement& judgement, AlignmentKind kind) {
+  if (kind == AlignmentKind::kSimilarity) return judgement.similarity;
+  return kind == AlignmentKind::kGravity ? judgement.gravity : judgement.rigid;
+}
+
+std::string format_table(const std::vector<Judgement>& judgements, const ReportOptions& options) {
+  Table table(judgements);
+  table.add("poses", [](const Judgement& j) { return fmt::format("{}", j.poses); });
+  table.add("  with a reference",
+            [](const Judgement& j) { return fmt::format("{}", j.associated); });
+  table.add("coverage [%]", [](const Judgement& j) {
+    return j.coverage ? fmt::format("{:.1f}", 100 * *j.coverage) : "-";
+  });
+  table.add("longest gap [s]",
+            [](const Judgement& j) { return fmt::format("{:.3f}", j.longest_gap); });
+  table.add("path [m]", [](const Judgement& j) { return fmt::format("{:.2f}", j.path); });
+  if (options.rigid) add_alignment(table, AlignmentKind::kRigid);
+  if (options.similarity) add_alignment(table, AlignmentKind::kSimilarity);
+  if (options.gravity) add_alignment(table, AlignmentKind::kGravity);
+  add_relative(table, options.headline);
+  return table.text();
+}
+
+}  // namespace rover

@@ -62,7 +62,7 @@ BENCHMARK_CAPTURE(extraction, orb, "orb")->Unit(benchmark::kMillisecond);
 void xfeat_network(benchmark::State& state) {
   const auto network = runtime().load("xfeat.onnx");
   std::vector<float> memory;
-  const auto input = network_input(textured_image(), 1.0f / 255, kernels::best_kernels(),
+  const auto input = network_input(textured_image(), 1.0f / 255, {}, kernels::best_kernels(),
                                    *runtime().thread_pool(), memory);
   for (auto _ : state) benchmark::DoNotOptimize(network->run({&input, 1}));
 }

@@ -19,8 +19,8 @@
 #include <iostream>
 #include <set>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -34,7 +34,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::vector<std::string> families = {"xfeat-corner", "xfeat", "superpoint", "orb"};
+  std::vector<std::string> families = {"xfeat-corner", "xfeat",      "aliked-t16",
+                                       "aliked-n16",   "superpoint", "orb"};
   std::vector<std::string> folders;
   int budget = 500, images = 8;  // images per folder
   double noise = 3;              // gray levels

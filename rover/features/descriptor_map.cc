@@ -30,6 +30,7 @@ void DescriptorMap::sample(const Eigen::Vector2f& position, float* out) const {
   const float* corners[] = {cell(i, j), cell(i + 1, j), cell(i, j + 1), cell(i + 1, j + 1)};
   const float weights[] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   kernels_.blend(corners, weights, 4, channels_, out);
+  kernels_.normalize(out, channels_);
 }
 
 Descriptors DescriptorMap::sample(const std::vector<Eigen::Vector2f>& positions,

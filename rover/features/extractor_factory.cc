@@ -6,6 +6,7 @@
 #include <map>
 
 #include "rover/base/error.h"
+#include "rover/features/aliked_extractor.h"
 #include "rover/features/orb_extractor.h"
 #include "rover/features/superpoint_extractor.h"
 #include "rover/features/xfeat_corner_extractor.h"
@@ -25,8 +26,8 @@ void overlay(const ExtractorOptions& given, SelectionOptions& options) {
   options.spread = given.spread.value_or(options.spread);
 }
 
-Make map_based(std::unique_ptr<Extractor> (*make)(Runtime&, const DetectionOptions&),
-               DetectionOptions (*defaults)()) {
+template <class Function>
+Make map_based(Function make, DetectionOptions (*defaults)()) {
   return [=](Runtime& runtime, const ExtractorOptions& given) {
     DetectionOptions options = defaults();
     overlay(given, options.selection);
@@ -42,11 +43,19 @@ std::unique_ptr<Extractor> make_orb(Runtime&, const ExtractorOptions& given) {
   return make_orb_extractor(options);
 }
 
+auto aliked(const std::string& name) {
+  return [name](Runtime& runtime, const DetectionOptions& options) {
+    return make_aliked_extractor(name, runtime, options);
+  };
+}
+
 // One line registers an extractor.
 const std::map<std::string, Make>& makers() {
   static const std::map<std::string, Make> all = {
       {"xfeat-corner", map_based(make_xfeat_corner_extractor, xfeat_corner_options)},
       {"xfeat", map_based(make_xfeat_extractor, xfeat_options)},
+      {"aliked-t16", map_based(aliked("aliked-t16"), aliked_options)},
+      {"aliked-n16", map_based(aliked("aliked-n16"), aliked_options)},
       {"superpoint", map_based(make_superpoint_extractor, superpoint_options)},
       {"orb", make_orb},
   };

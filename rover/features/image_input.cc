@@ -25,14 +25,17 @@ cv::Size padded_size(cv::Size size) {
   return {up(size.width), up(size.height)};
 }
 
-TensorView network_input(const cv::Mat& image, float scale, const kernels::Kernels& kernels,
-                         ThreadPool& pool, std::vector<float>& memory) {
+TensorView network_input(const cv::Mat& image, float scale, cv::Point origin,
+                         const kernels::Kernels& kernels, ThreadPool& pool,
+                         std::vector<float>& memory) {
   const cv::Size size = padded_size(image.size());
   memory.resize(static_cast<std::size_t>(size.area()));
   pool.parallel_for(static_cast<std::size_t>(size.height), [&](std::size_t begin, std::size_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      kernels.to_float(image.ptr(std::min(y, image.rows - 1)), image.cols, scale,
-                       memory.data() + static_cast<std::ptrdiff_t>(y) * size.width, size.width);
+      float* row = memory.data() + static_cast<std::ptrdiff_t>(y) * size.width;
+      kernels.to_float(image.ptr(std::clamp(y - origin.y, 0, image.rows - 1)), image.cols, scale,
+                       row + origin.x, size.width - origin.x);
+      std::fill_n(row, origin.x, row[origin.x]);
     }
   });
   return {memory, {1, 1, size.height, size.width}};

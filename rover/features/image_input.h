@@ -22,10 +22,11 @@ void check_request(const cv::Mat& image, const ExtractionRequest& request);
 constexpr int kNetworkStride = 32;
 cv::Size padded_size(cv::Size size);
 
-// The image as a tensor [1, 1, H, W] in `memory`, gray times scale, its last row and column
-// repeated up to the padded size: pixel coordinates stay those of the image.
-TensorView network_input(const cv::Mat& image, float scale, const kernels::Kernels& kernels,
-                         ThreadPool& pool, std::vector<float>& memory);
+// The image as a tensor [1, 1, H, W] in `memory`, gray times scale; its pixel (0, 0) at `origin`,
+// its border repeated up to the padded size.
+TensorView network_input(const cv::Mat& image, float scale, cv::Point origin,
+                         const kernels::Kernels& kernels, ThreadPool& pool,
+                         std::vector<float>& memory);
 
 // Memory that calls use and hand back, so that a call of the same size allocates nothing large.
 // There are as many as calls have been running at once.

@@ -9,7 +9,7 @@ extern const Kernels avx512_kernels;
 #endif
 
 // Rows of scratch with room to read beyond their ends; see Scratch in kernels_impl.h.
-int corner_scratch_size(int width) { return 26 * (width + 32); }
+int corner_scratch_size(int width) { return 25 * (width + 32); }
 
 bool supported(InstructionSet set) {
 #if defined(__x86_64__)

@@ -35,9 +35,9 @@ struct Kernels {
   void (*row_maximum)(const float* row, int width, int radius, float* out, float* scratch);
 
   // Writes the x at which row[x] > floor and no rows[k][x] is larger; returns how many. The result
-  // is in ascending order; `out` has room for `width`; `flags` for width + 8 bytes.
+  // is in ascending order; `out` has room for `width`; `scratch`: 2 width + 2.
   int (*find_maxima)(const float* row, const float* const* rows, int row_count, int width,
-                     float floor, int* out, std::uint8_t* flags);
+                     float floor, int* out, float* scratch);
 
   // out[x] = scale * in[x] for x < width, then the last value up to padded_width.
   void (*to_float)(const std::uint8_t* in, int width, float scale, float* out, int padded_width);
@@ -46,9 +46,12 @@ struct Kernels {
   void (*normalize_cells)(const float* planes, int channels, int cells, int begin, int end,
                           float* out);
 
-  // out = unit vector along the sum of weights[i] * vectors[i].
+  // out = sum of weights[i] * vectors[i].
   void (*blend)(const float* const* vectors, const float* weights, int count, int channels,
                 float* out);
+
+  // Scales to unit length. The count is a multiple of 16.
+  void (*normalize)(float* values, int count);
 
   // Rows of cells [begin, end) of logits[65][height][width]: softmax over the channels, of which
   // channel 8 j + i (not the last) goes to pixel (8 x + i, 8 y + j) of heat, whose width is

@@ -50,18 +50,13 @@ struct Products {
   float *xx, *xy, *yy;
 };
 
-// Products of the gradient (Sobel, 3x3) at one row, from the smoothed rows around it.
+// Products of the gradient (central differences) at one row, from the smoothed rows around it.
 void gradient_products(const float* __restrict above, const float* __restrict at,
-                       const float* __restrict below, int width, float* __restrict smooth,
-                       float* __restrict slope, Products out) {
-  for (int x = -1; x <= width; ++x) {
-    smooth[x] = 0.125f * (above[x] + below[x]) + 0.25f * at[x];
-    slope[x] = 0.125f * (below[x] - above[x]);
-  }
+                       const float* __restrict below, int width, Products out) {
   float* __restrict xx = out.xx, * __restrict xy = out.xy, * __restrict yy = out.yy;
   for (int x = 0; x < width; ++x) {
-    const float gx = smooth[x + 1] - smooth[x - 1];
-    const float gy = slope[x - 1] + 2 * slope[x] + slope[x + 1];
+    const float gx = 0.5f * (at[x + 1] - at[x - 1]);
+    const float gy = 0.5f * (below[x] - above[x]);
     xx[x] = gx * gx;
     xy[x] = gx * gy;
     yy[x] = gy * gy;
@@ -122,7 +117,6 @@ struct Scratch {
     for (auto& row : sums) row = take();
     columns = reinterpret_cast<std::uint16_t*>(take());
     wide = take();
-    slope = take();
     coarse = take();
     weight = take();
   }
@@ -131,7 +125,7 @@ struct Scratch {
   float* products[3][5];
   float* sums[3];
   std::uint16_t* columns;
-  float *wide, *slope, *coarse, *weight;
+  float *wide, *coarse, *weight;
 };
 
 inline int ring_index(int y, int size) { return (y + 4 * size) % size; }
@@ -145,7 +139,7 @@ void push_products(const ImageView& image, int y, Scratch& s) {
   push_smooth(image, y + 1, s);
   const int slot = ring_index(y, 5);
   gradient_products(s.smooth[ring_index(y - 1, 3)], s.smooth[ring_index(y, 3)],
-                    s.smooth[ring_index(y + 1, 3)], image.width, s.wide, s.slope,
+                    s.smooth[ring_index(y + 1, 3)], image.width,
                     {s.products[0][slot], s.products[1][slot], s.products[2][slot]});
 }
 
@@ -184,12 +178,14 @@ void row_maximum(const float* row, int width, int radius, float* out, float* scr
 }
 
 int find_maxima(const float* __restrict row, const float* const* rows, int row_count, int width,
-                float floor, int* out, std::uint8_t* __restrict flags) {
-  for (int x = 0; x < width; ++x) flags[x] = row[x] > floor;
+                float floor, int* out, float* __restrict scratch) {
+  for (int x = 0; x < width; ++x) scratch[x] = floor;
   for (int k = 0; k < row_count; ++k) {
     const float* __restrict other = rows[k];
-    for (int x = 0; x < width; ++x) flags[x] &= static_cast<std::uint8_t>(row[x] >= other[x]);
+    for (int x = 0; x < width; ++x) scratch[x] = other[x] > scratch[x] ? other[x] : scratch[x];
   }
+  auto* __restrict flags = reinterpret_cast<std::uint8_t*>(scratch + width);
+  for (int x = 0; x < width; ++x) flags[x] = row[x] > floor && row[x] >= scratch[x];
   for (int i = 0; i < 8; ++i) flags[width + i] = 0;
   int count = 0;
   for (int x = 0; x < width; x += 8) {
@@ -232,10 +228,17 @@ void blend(const float* const* vectors, const float* weights, int count, int cha
     const float weight = weights[i];
     for (int c = 0; c < channels; ++c) out[c] += weight * in[c];
   }
+}
+
+void normalize(float* values, int count) {
+  float parts[16] = {};
+  for (int i = 0; i + 16 <= count; i += 16) {
+    for (int k = 0; k < 16; ++k) parts[k] += values[i + k] * values[i + k];
+  }
   float square = 0;
-  for (int c = 0; c < channels; ++c) square += out[c] * out[c];
+  for (int k = 0; k < 16; ++k) square += parts[k];
   const float inverse = 1 / sqrtf(square + 1e-20f);
-  for (int c = 0; c < channels; ++c) out[c] *= inverse;
+  for (int i = 0; i < count; ++i) values[i] *= inverse;
 }
 
 // exp(x) for x <= 0, to 2e-7 of its value: 2^k by the exponent's bits, the rest by its series.
@@ -295,7 +298,8 @@ void multiply_rows(const CoarseMap& weight, int begin, int end, int stride, floa
 }  // namespace
 
 extern const Kernels ROVER_KERNELS;
-const Kernels ROVER_KERNELS = {corner_response, row_maximum, find_maxima,   to_float,
-                               normalize_cells, blend,       softmax_cells, multiply_rows};
+const Kernels ROVER_KERNELS = {corner_response, row_maximum,     find_maxima,
+                               to_float,        normalize_cells, blend,
+                               normalize,       softmax_cells,   multiply_rows};
 
 }  // namespace rover::kernels

@@ -16,7 +16,7 @@ class StripeSearch {
         kernels_(kernels),
         row_maxima_(row_maxima),
         found_(static_cast<std::size_t>(map.width)),
-        flags_(static_cast<std::size_t>(map.width) + 8) {}
+        scratch_(2 * static_cast<std::size_t>(map.width) + 2) {}
 
   void search_row(int y, std::vector<Candidate>& candidates) {
     rows_.clear();
@@ -27,7 +27,7 @@ class StripeSearch {
     const float* row = map_.at(0, y);
     const int count =
         kernels_.find_maxima(row, rows_.data(), static_cast<int>(rows_.size()), map_.width,
-                             options_.floor, found_.data(), flags_.data());
+                             options_.floor, found_.data(), scratch_.data());
     for (int i = 0; i < count; ++i) {
       const int x = found_[i];
       if (wanted(x, y)) candidates.push_back({x, y, row[x]});
@@ -47,7 +47,7 @@ class StripeSearch {
   const float* row_maxima_;
   std::vector<const float*> rows_;
   std::vector<int> found_;
-  std::vector<std::uint8_t> flags_;
+  std::vector<float> scratch_;
 };
 
 void fill_row_maxima(const ScoreMap& map, int radius, const kernels::Kernels& kernels,
@@ -93,6 +93,25 @@ Eigen::Vector2f refine_parabola(const ScoreMap& map, const Candidate& candidate)
   return {
       static_cast<float>(candidate.x) + parabola_offset(at[-1], at[0], at[1]),
       static_cast<float>(candidate.y) + parabola_offset(at[-map.stride], at[0], at[map.stride])};
+}
+
+Eigen::Vector2f refine_quadratic(const ScoreMap& map, const Candidate& candidate) {
+  const float* above = map.at(candidate.x, candidate.y - 1);
+  const float* at = above + map.stride;
+  const float* below = at + map.stride;
+  // Derivatives of the surface at the centre, in closed form (the grid is orthogonal).
+  const auto column = [&](int i) { return above[i] + at[i] + below[i]; };
+  const auto row = [](const float* values) { return values[-1] + values[0] + values[1]; };
+  const float gx = (column(1) - column(-1)) / 6, gy = (row(below) - row(above)) / 6;
+  const float xx = (column(1) - 2 * column(0) + column(-1)) / 3;
+  const float yy = (row(below) - 2 * row(at) + row(above)) / 3;
+  const float xy = (above[-1] + below[1] - above[1] - below[-1]) / 4;
+  const float determinant = xx * yy - xy * xy;
+  const Eigen::Vector2f whole(static_cast<float>(candidate.x), static_cast<float>(candidate.y));
+  if (!(determinant > 0)) return whole;
+  const Eigen::Vector2f offset((xy * gy - yy * gx) / determinant,
+                               (xy * gx - xx * gy) / determinant);
+  return offset.cwiseAbs().maxCoeff() <= 1 ? Eigen::Vector2f(whole + offset) : whole;
 }
 
 }  // namespace rover

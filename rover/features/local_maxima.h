@@ -47,6 +47,11 @@ inline float parabola_offset(float before, float at, float after) {
   return curvature < 0 ? 0.5f * (before - after) / curvature : 0;
 }
 
+// Sub-pixel position of a maximum: vertex of the quadratic surface that fits the 3x3 scores around
+// it best (least squares), which averages noise that a parabola in x and one in y would follow; the
+// whole pixel where the surface has no maximum within a pixel.
+Eigen::Vector2f refine_quadratic(const ScoreMap& map, const Candidate& candidate);
+
 // Sub-pixel position of a maximum: one parabola in x, one in y.
 Eigen::Vector2f refine_parabola(const ScoreMap& map, const Candidate& candidate);
 

@@ -15,7 +15,8 @@ NetworkExtractor::NetworkExtractor(Runtime& runtime, const std::string& file,
 FeatureSet NetworkExtractor::extract(const cv::Mat& image, const ExtractionRequest& request) const {
   check_request(image, request);
   const auto workspace = workspaces_.borrow();
-  const auto input = network_input(image, 1.0f / 255, loops(), *pool_, workspace->input);
+  const auto input =
+      network_input(image, 1.0f / 255, origin(image.size()), loops(), *pool_, workspace->input);
   const Outputs outputs = network_->run({&input, 1});
   const ScoreMap map = scores(image, outputs, workspace->scores);
   FeatureSet features = detect(map, options_, request, *pool_, workspace->row_maxima,

@@ -30,6 +30,8 @@ class NetworkExtractor : public Extractor {
   // Index of a named output. Throws InputError if the graph has none of that name.
   std::size_t output(const std::string& name) const;
 
+  // Where the image's first pixel lies in the padded image.
+  virtual cv::Point origin(cv::Size) const { return {0, 0}; }
   virtual ScoreMap scores(const cv::Mat& image, const Outputs& outputs,
                           std::vector<float>& memory) const = 0;
   virtual Located locate(const ScoreMap& scores, const Candidate& candidate) const = 0;

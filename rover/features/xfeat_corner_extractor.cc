@@ -34,7 +34,7 @@ class XFeatCornerExtractor final : public NetworkExtractor {
   }
 
   Located locate(const ScoreMap& scores, const Candidate& candidate) const override {
-    return {refine_parabola(scores, candidate), 0.3f};
+    return {refine_quadratic(scores, candidate), 0.3f};
   }
 
   Descriptors describe(const Outputs& outputs, const FeatureSet& features,

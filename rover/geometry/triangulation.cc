@@ -1,21 +1,16 @@
 #include "rover/geometry/triangulation.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "rover/base/error.h"
+#include "rover/geometry/bearing.h"
 
 namespace rover {
 namespace {
-
-// Accurate for small angles, where the dot product is not.
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 Eigen::Vector3d direction(const ViewRay& ray) {
   return ray.world_from_camera.rotation * ray.bearing;

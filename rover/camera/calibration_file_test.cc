@@ -206,7 +206,7 @@ TEST_F(CalibrationFile, RoundedRotationsAreMadeOrthonormal) {
 // A file that was cut anywhere before its last number is refused, never half read.
 TEST_F(CalibrationFile, HalfAFileIsRefused) {
   for (const std::string text : {kEuroc, kKalibr})
-    for (std::size_t length = 0; length + 4 < text.size(); ++length) {
+    for (std::size_t length = 0; length + 4 < text.size(); length += 5) {
       const bool second_camera_begins_later = length <= text.find("cam1:") + 4;
       if (text == kKalibr && second_camera_begins_later && length > text.find("resolution:"))
         continue;  // a whole rig of one camera

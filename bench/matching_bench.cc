@@ -74,7 +74,7 @@ BENCHMARK(refine_patch)->Unit(benchmark::kMicrosecond);
 // A pair of rectified images of one plane; every left feature has its partner.
 void stereo(benchmark::State& state) {
   const SmoothTexture texture(5);
-  constexpr double kDisparity = 20;
+  constexpr float kDisparity = 20;
   const cv::Size size(1241, 376);
   const cv::Mat left = texture.render(size, [](const Eigen::Vector2d& p) { return p; });
   const cv::Mat right = texture.render(

@@ -1,0 +1,145 @@
+#include "rover/map/map.h"
+
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "rover/map/shared_map.h"
+#include "rover/map/test_map.h"
+
+namespace rover {
+namespace {
+
+double worst_reprojection(const Map& map) {
+  double worst = 0;
+  for (const Landmark& landmark : map.landmarks()) {
+    for (const auto& [keyframe, feature] : landmark.observations) {
+      const Frame& frame = map.at(keyframe).frame;
+      const auto pixel =
+          map.rig().cameras[0].project(frame.world_from_body.inverse() * landmark.position);
+      worst = std::max(worst, (*pixel - frame[feature].pixel.cast<double>()).norm());
+    }
+  }
+  return worst;
+}
+
+TEST(Map, KeepsBothSidesOfObservations) {
+  Map map = test_map(5, 50);
+  EXPECT_TRUE(is_consistent(map));
+  EXPECT_EQ(map.keyframes().size(), 5u);
+  EXPECT_EQ(map.at(LandmarkId{0}).observations.size(), 5u);
+  EXPECT_EQ(map.covisible(KeyframeId{2}).size(), 4u);
+  EXPECT_EQ(map.covisible(KeyframeId{2}).front().shared, 50);
+  EXPECT_LT(worst_reprojection(map), 1e-3);
+}
+
+TEST(Map, StaysConsistentUnderRandomEdits) {
+  Random random(9);
+  for (int round = 0; round < 50; ++round) {
+    Map map = test_map(6, 40, round % 2 ? 0.1 : 0, static_cast<std::uint64_t>(round));
+    for (int step = 0; step < 60; ++step) {
+      const LandmarkId a{random.index(40)}, b{random.index(40)};
+      const KeyframeId k{random.index(6)};
+      switch (random.index(6)) {
+        case 0: map.forget(a, k); break;
+        case 1: map.fuse(a, b); break;
+        case 2: map.remove(a); break;
+        case 3: if (k.value < 5) map.retire(k); break;
+        case 4: map.observe(a, k, random.index(40)); break;
+        default: map.reject_stereo(a, k);
+      }
+    }
+    EXPECT_TRUE(is_consistent(map));
+    EXPECT_TRUE(map.find(KeyframeId{0}));  // the first keyframe is never culled
+  }
+}
+
+TEST(Map, ObservesOnlyWhatIsFree) {
+  Map map = test_map(2, 10);
+  EXPECT_FALSE(map.observe({0}, {1}, 5));   // seen there already
+  map.forget({0}, {1});
+  EXPECT_FALSE(map.observe({0}, {1}, 5));   // the feature is landmark 5's
+  EXPECT_TRUE(map.observe({0}, {1}, 0));
+  EXPECT_FALSE(map.observe({99}, {1}, 0));  // no such landmark
+  EXPECT_FALSE(map.observe({0}, {99}, 0));  // no such keyframe
+}
+
+TEST(Map, CulledKeyframesAreStoodInFor) {
+  Map map = test_map(5, 30);
+  const SE3 before = map.at(KeyframeId{3}).world_from_body();
+  map.retire({3});
+  map.retire({2});
+  EXPECT_FALSE(map.find(KeyframeId{3}));
+  EXPECT_LT(se3_minus(map.world_from_any({3}), before).norm(), 1e-9);
+  EXPECT_TRUE(map.find(map.standing({3})));
+  // It follows the one that stands in for it.
+  const KeyframeId standing = map.standing({3});
+  const SE3 moved(so3_exp({0.1, 0.2, 0.3}), Eigen::Vector3d(1, 2, 3));
+  const SE3 relative = map.at(standing).world_from_body().inverse() * before;
+  map.set_pose(standing, moved);
+  EXPECT_LT(se3_minus(map.world_from_any({3}), moved * relative).norm(), 1e-9);
+}
+
+TEST(Map, AChangeOfGaugeLeavesReprojectionsAlone) {
+  Random random(5);
+  for (int i = 0; i < 100; ++i) {
+    Map map = test_map(4, 20);
+    map.retire({2});
+    const SE3 retired = map.world_from_any({2});
+    Sim3 gauge;
+    gauge.scale = random.uniform(0.1, 10);
+    gauge.rotation = so3_exp({random.gaussian(), random.gaussian(), random.gaussian()});
+    gauge.translation = {random.gaussian(), random.gaussian(), random.gaussian()};
+    map.transform(gauge);
+    EXPECT_LT(worst_reprojection(map), 2e-3);
+    EXPECT_EQ(map.epoch(), 1);
+    EXPECT_LT((map.world_from_any({2}).translation - gauge * retired.translation).norm(), 1e-9);
+  }
+}
+
+TEST(Map, StereoPartnersSupportALandmarkSeenOnce) {
+  Map mono = test_map(1, 10);
+  Map stereo = test_map(1, 10, 0.1);
+  EXPECT_FALSE(mono.is_supported(mono.at(LandmarkId{0})));
+  EXPECT_TRUE(stereo.is_supported(stereo.at(LandmarkId{0})));
+  stereo.reject_stereo({0}, {0});
+  EXPECT_FALSE(stereo.is_supported(stereo.at(LandmarkId{0})));
+}
+
+TEST(SharedMap, ViewsDoNotChange) {
+  SharedMap shared(test_map(3, 20));
+  const auto before = shared.view();
+  const Eigen::Vector3d position = before->at(LandmarkId{4}).position;
+  shared.commit([](Map& map) {
+    map.set_position({4}, {9, 9, 9});
+    map.remove({5});
+  });
+  EXPECT_EQ(before->at(LandmarkId{4}).position, position);
+  EXPECT_TRUE(before->find(LandmarkId{5}));
+  EXPECT_EQ(shared.view()->at(LandmarkId{4}).position, Eigen::Vector3d(9, 9, 9));
+  EXPECT_FALSE(shared.view()->find(LandmarkId{5}));
+}
+
+TEST(SharedMap, ReadersAndWritersGoTogether) {
+  SharedMap shared(test_map(3, 50));
+  std::thread writer([&] {
+    for (int i = 0; i < 300; ++i) {
+      shared.commit([&](Map& map) {
+        for (int k = 0; k < 50; ++k) map.set_position({k}, {0.0, 0.0, double(i)});
+      });
+    }
+  });
+  for (int i = 0; i < 300; ++i) {
+    const auto view = shared.view();
+    const Eigen::Vector3d first = view->at(LandmarkId{0}).position;
+    const bool written = first.x() == 0;
+    for (const Landmark& landmark : view->landmarks()) {
+      if (written) { EXPECT_EQ(landmark.position, first); }
+    }
+  }
+  writer.join();
+  EXPECT_TRUE(is_consistent(*shared.view()));
+}
+
+}  // namespace
+}  // namespace rover

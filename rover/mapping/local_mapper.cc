@@ -1,0 +1,135 @@
+#include "rover/mapping/local_mapper.h"
+
+#include <algorithm>
+
+#include "rover/base/error.h"
+#include "rover/mapping/keyframe_culling.h"
+#include "rover/mapping/reprojection_check.h"
+
+namespace rover {
+
+void LocalMapperOptions::check() const {
+  creation.check();
+  adjustment.check();
+  require(window > 1 && max_fixed >= 0, "mapping.window must be above 1 and max_fixed not negative");
+  require(redundant_share > 0 && redundant_share <= 1,
+          "mapping.redundant_share is {}; use a share up to 1", redundant_share);
+  require(kept_images >= 2, "mapping.kept_images is {}; use 2 or more", kept_images);
+}
+
+LocalMapper::LocalMapper(const FeatureFamily& family, const LocalMapperOptions& options)
+    : family_(family), options_(options) {
+  options_.check();
+}
+
+MappingReport LocalMapper::process(SharedMap& map, KeyframeId keyframe,
+                                   const std::function<bool()>& hurry) {
+  MappingReport report;
+  StageTimer timer(report.times);
+  ++turn_;
+  map.commit([&](Map& m) { report.culled_landmarks = cull_landmarks(m, keyframe); });
+  timer.done("cull_landmarks");
+  report.triangulation = triangulate(map, keyframe);
+  timer.done("triangulate");
+  map.commit([&](Map& m) { report.fused = fuse_duplicates(m, keyframe); });
+  timer.done("fuse");
+  adjust_window(map, keyframe, hurry);
+  timer.done("local_adjustment");
+  map.commit([&](Map& m) {
+    report.culled_keyframes = cull_keyframes(m, keyframe);
+    release_old_images(m, keyframe);
+  });
+  timer.done("cull_keyframes");
+  return report;
+}
+
+// Young landmarks have to prove themselves: seen where they should be, and by enough keyframes.
+int LocalMapper::cull_landmarks(Map& map, KeyframeId keyframe) {
+  for (const LandmarkId id : map.landmarks_of(keyframe)) {
+    if (map.at(id).created_by == keyframe) probation_.push_back({id, turn_});
+  }
+  int culled = 0;
+  std::deque<Probation> remaining;
+  for (const auto& [id, turn] : probation_) {
+    const Landmark* landmark = map.find(id);
+    if (!landmark) continue;
+    if (is_weak(map, *landmark, turn_ - turn)) {
+      map.remove(id);
+      ++culled;
+    } else if (turn_ - turn < options_.probation) {
+      remaining.push_back({id, turn});
+    }
+  }
+  probation_ = std::move(remaining);
+  return culled;
+}
+
+bool LocalMapper::is_weak(const Map& map, const Landmark& landmark, int age) const {
+  if (landmark.visible > 0 && landmark.found < options_.min_found_share * landmark.visible) {
+    return true;
+  }
+  if (age < options_.probation - 1) return false;
+  const auto wanted = std::min<std::size_t>(static_cast<std::size_t>(options_.min_observations),
+                                            map.keyframes().size());
+  return landmark.observations.size() < wanted;
+}
+
+TriangulationCounts LocalMapper::triangulate(SharedMap& shared, KeyframeId keyframe) {
+  const auto view = shared.view();
+  std::vector<NeighbourMatches> matched;
+  const Frame& frame = view->at(keyframe).frame;
+  for (const KeyframeId id : choose_neighbours(*view, keyframe, options_.creation)) {
+    const Frame& neighbour = view->at(id).frame;
+    matched.push_back({id, family_.matcher->match({*frame.features, &frame.image},
+                                                  {*neighbour.features, &neighbour.image})});
+  }
+  TriangulationCounts total;
+  std::vector<LandmarkId> created;
+  shared.commit([&](Map& map) {
+    for (const auto& matches : matched) {
+      const auto counts = apply_matches(map, keyframe, matches, options_.creation, created);
+      total.created += counts.created;
+      total.joined += counts.joined;
+      total.fused += counts.fused;
+    }
+  });
+  for (const LandmarkId id : created) probation_.push_back({id, turn_});
+  return total;
+}
+
+void LocalMapper::adjust_window(SharedMap& shared, KeyframeId keyframe,
+                                const std::function<bool()>& hurry) const {
+  const auto view = shared.view();
+  std::vector<KeyframeId> free{keyframe};
+  for (const auto& neighbour : view->covisible(keyframe)) {
+    if (static_cast<int>(free.size()) == options_.window) break;
+    free.push_back(neighbour.keyframe);
+  }
+  if (view->keyframes().size() < 2) return;
+  MapProblem problem = gather_problem(*view, free, options_.max_fixed,
+                                      options_.creation.weighting);
+  BundleOptions options = options_.adjustment;
+  options.should_stop = hurry;
+  const BundleSummary summary = adjust(problem, options);
+  shared.commit([&](Map& map) { commit_adjustment(map, problem, summary); });
+}
+
+int LocalMapper::cull_keyframes(Map& map, KeyframeId keyframe) const {
+  int culled = 0;
+  for (const auto& neighbour : map.covisible(keyframe)) {
+    if (!is_redundant(map, neighbour.keyframe, keyframe, options_.redundant_share)) continue;
+    map.retire(neighbour.keyframe);
+    ++culled;
+  }
+  return culled;
+}
+
+void LocalMapper::release_old_images(Map& map, KeyframeId keyframe) {
+  with_image_.push_back(keyframe);
+  while (static_cast<int>(with_image_.size()) > options_.kept_images) {
+    map.release_image(with_image_.front());
+    with_image_.pop_front();
+  }
+}
+
+}  // namespace rover

@@ -1,0 +1,53 @@
+#include "rover/mapping/reprojection_check.h"
+
+#include <limits>
+
+#include "rover/map/appearance.h"
+
+namespace rover {
+
+double reprojection_chi2(const Map& map, const Eigen::Vector3d& point, KeyframeId keyframe,
+                         int feature, const WeightingOptions& weighting) {
+  const Frame& frame = map.at(keyframe).frame;
+  const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
+  const auto pixel = map.rig().cameras[0].project(world_from_camera.inverse() * point);
+  if (!pixel) return std::numeric_limits<double>::infinity();
+  const Observation& observation = frame[feature];
+  const double sigma = effective_sigma(observation.sigma, weighting);
+  return (*pixel - observation.pixel.cast<double>()).squaredNorm() / (sigma * sigma);
+}
+
+bool fits_observations(const Map& map, const Eigen::Vector3d& point, const Landmark& other,
+                       const WeightingOptions& weighting, double chi2) {
+  for (const auto& [keyframe, feature] : other.observations) {
+    if (reprojection_chi2(map, point, keyframe, feature, weighting) > chi2) return false;
+  }
+  return true;
+}
+
+bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int feature,
+                     const PatchRefinementOptions& refinement) {
+  if (!map.observe(landmark, keyframe, feature)) return false;
+  const Frame& frame = map.at(keyframe).frame;
+  Observation observation = frame[feature];
+  const SE3 camera_from_world =
+      (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
+  if (refine_observation(map.at(landmark), map.rig().cameras[0], camera_from_world, frame.image,
+                         refinement, observation)) {
+    map.set_measurement(keyframe, feature, observation.pixel, observation.sigma);
+  }
+  return true;
+}
+
+bool fuse_checked(Map& map, LandmarkId a, LandmarkId b, const WeightingOptions& weighting,
+                  double chi2) {
+  const Landmark* kept = map.find(a);
+  const Landmark* gone = map.find(b);
+  if (!kept || !gone || a == b) return false;
+  if (kept->observations.size() < gone->observations.size()) std::swap(kept, gone);
+  if (!fits_observations(map, kept->position, *gone, weighting, chi2)) return false;
+  map.fuse(gone->id, kept->id);
+  return true;
+}
+
+}  // namespace rover

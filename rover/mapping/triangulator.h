@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "rover/map/map.h"
+#include "rover/matching/matcher.h"
+#include "rover/optimization/map_adjustment.h"
+
+namespace rover {
+
+struct LandmarkCreationOptions {
+  int neighbours = 3;             // keyframes matched with the new one
+  double min_baseline = 0.01;     // of the median depth: nearer keyframes give no depth
+  double good_parallax = 5;       // deg between two views: more makes no better neighbour
+  double min_parallax = 1.0;      // deg between the two rays of a new landmark
+  double chi2 = 5.991;            // gate of the reprojection error ...
+  WeightingOptions weighting;     // ... normalised by this
+  PatchRefinementOptions refinement;
+
+  void check() const;
+};
+
+// A keyframe's features joined to a neighbour's by the learned matcher.
+struct NeighbourMatches {
+  KeyframeId neighbour;
+  std::vector<Match> matches;  // a: of the new keyframe, b: of the neighbour
+};
+
+struct TriangulationCounts {
+  int created = 0;
+  int joined = 0;  // observations added to landmarks that were there
+  int fused = 0;
+};
+
+// The covisible keyframes that promise most: many landmarks in common and much parallax.
+std::vector<KeyframeId> choose_neighbours(const Map& map, KeyframeId keyframe,
+                                          const LandmarkCreationOptions& options);
+
+// What the matches of a keyframe with a neighbour say of the map: two features without landmark
+// make a new one (if their rays do), a landmark on one side is seen by the other too, two landmarks
+// are one. Everything is checked by parallax and reprojection.
+TriangulationCounts apply_matches(Map& map, KeyframeId keyframe, const NeighbourMatches& matches,
+                                  const LandmarkCreationOptions& options,
+                                  std::vector<LandmarkId>& created);
+
+}  // namespace rover

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "rover/map/map.h"
+#include "rover/optimization/bundle_adjustment.h"
+
+namespace rover {
+
+// How observations of the map are weighted in adjustments.
+struct WeightingOptions {
+  // px: what every observation may be off by besides its own noise (calibration, rolling shutter,
+  // landmarks that are no points); added in quadrature to its sigma.
+  double model_sigma = 0.5;
+
+  void check() const;
+};
+
+// The standard deviation that an observation enters an adjustment with, px.
+double effective_sigma(double sigma, const WeightingOptions& weighting);
+
+// A part of a map as an adjustment problem, with the way back.
+struct MapProblem {
+  BundleProblem bundle;
+  std::vector<KeyframeId> keyframes;  // of each pose
+  std::vector<LandmarkId> landmarks;  // of each point
+  std::vector<SE3> initial_poses;
+  KeyframeId newest;         // of the map when it was gathered
+  int epoch = 0;             // likewise
+  bool needs_scale = false;  // no fixed pose but the gauge's, and no stereo observation
+};
+
+// Gathers the `free` keyframes, all landmarks they see and, as fixed ones, at most `max_fixed` of
+// the other keyframes that see these landmarks (those with most of them). With none of these, the
+// oldest free keyframe is fixed instead.
+MapProblem gather_problem(const Map& map, const std::vector<KeyframeId>& free, int max_fixed,
+                          const WeightingOptions& weighting);
+
+// Every keyframe and landmark; the oldest keyframe is fixed.
+MapProblem gather_whole_map(const Map& map, const WeightingOptions& weighting);
+
+// adjust_bundle with the gauge that the problem needs.
+BundleSummary adjust(MapProblem& problem, BundleOptions options);
+
+// Writes an adjusted problem back: poses and positions of what is still there; observations that
+// turned out as outliers are removed, with landmarks that are left with less than two views.
+// Keyframes made since it was gathered, and landmarks only they see, move with their parents.
+void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary& summary);
+
+}  // namespace rover

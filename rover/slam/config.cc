@@ -1,0 +1,223 @@
+#include "rover/slam/config.h"
+
+#include <cmath>
+#include <map>
+#include <variant>
+
+#include <yaml-cpp/yaml.h>
+
+#include "rover/base/error.h"
+
+namespace rover {
+namespace {
+
+using Field = std::variant<int*, double*, float*, bool*, std::string*, std::uint64_t*>;
+using Fields = std::vector<std::pair<std::string, Field>>;
+
+void add_tracking(TrackerOptions& t, Fields& fields) {
+  fields.insert(
+      fields.end(),
+      {{"tracking.motion_radius", &t.motion_radius},
+       {"tracking.local_radius", &t.local_radius},
+       {"tracking.confident_inliers", &t.confident_inliers},
+       {"tracking.min_inliers", &t.min_inliers},
+       {"tracking.learned", &t.learned_tracking},
+       {"tracking.refine", &t.refine},
+       {"tracking.max_lost", &t.max_lost},
+       {"tracking.max_lost_young", &t.max_lost_young},
+       {"tracking.min_stereo_points", &t.min_stereo_points},
+       {"tracking.max_view_angle", &t.search.max_view_angle},
+       {"tracking.local_keyframes", &t.local_map.max_keyframes},
+       {"tracking.recent_keyframes", &t.local_map.recent_keyframes},
+       {"keyframe.min_tracked_share", &t.keyframe.min_tracked_share},
+       {"keyframe.max_parallax", &t.keyframe.max_parallax},
+       {"keyframe.max_rotation", &t.keyframe.max_rotation},
+       {"keyframe.min_landmarks", &t.keyframe.min_landmarks},
+       {"keyframe.min_near", &t.keyframe.min_near},
+       {"keyframe.min_new_near", &t.keyframe.min_new_near},
+       {"keyframe.min_inliers", &t.keyframe.min_inliers},
+       {"keyframe.min_gap", &t.keyframe.min_gap},
+       {"relocalization.min_matches", &t.relocalization.min_matches},
+       {"relocalization.min_inliers", &t.relocalization.min_inliers},
+       {"relocalization.ransac_sigma", &t.relocalization.ransac_sigma},
+       {"relocalization.recent_keyframes", &t.relocalization.recent_keyframes},
+       {"relocalization.tries_per_frame", &t.relocalization.tries_per_frame},
+       {"initialization.min_features", &t.initialization.min_features},
+       {"initialization.min_matches", &t.initialization.min_matches},
+       {"initialization.min_motion", &t.initialization.min_motion},
+       {"initialization.max_pending", &t.initialization.max_pending},
+       {"initialization.max_reference_age", &t.initialization.max_reference_age},
+       {"stereo.max_baselines", &t.stereo.max_baselines},
+       {"stereo.max_relative_sigma", &t.stereo.max_relative_sigma},
+       {"stereo.min_landmarks", &t.stereo.min_landmarks}});
+}
+
+void add_mapping(LocalMapperOptions& m, Fields& fields) {
+  fields.insert(fields.end(),
+                {{"mapping.neighbours", &m.creation.neighbours},
+                 {"mapping.min_baseline", &m.creation.min_baseline},
+                 {"mapping.good_parallax", &m.creation.good_parallax},
+                 {"mapping.min_parallax", &m.creation.min_parallax},
+                 {"mapping.chi2", &m.creation.chi2},
+                 {"mapping.fusion_neighbours", &m.fusion_neighbours},
+                 {"mapping.fusion_radius", &m.fusion_radius},
+                 {"mapping.window", &m.window},
+                 {"mapping.max_fixed", &m.max_fixed},
+                 {"mapping.first_iterations", &m.adjustment.first_iterations},
+                 {"mapping.second_iterations", &m.adjustment.second_iterations},
+                 {"mapping.min_found_share", &m.min_found_share},
+                 {"mapping.min_observations", &m.min_observations},
+                 {"mapping.probation", &m.probation},
+                 {"mapping.redundant_share", &m.redundant_share},
+                 {"mapping.kept_images", &m.kept_images}});
+}
+
+// Every setting by its key. The one list that reading and writing are made from.
+Fields fields_of(Config& c) {
+  Fields fields = {{"family", &c.family},
+                   {"seed", &c.seed},
+                   {"threads", &c.runtime.threads},
+                   {"mapping_queue", &c.mapping_queue},
+                   {"features", &c.frame.features},
+                   {"model_sigma", &c.weighting.model_sigma},
+                   {"refinement.half_window", &c.refinement.half_window},
+                   {"refinement.max_iterations", &c.refinement.max_iterations},
+                   {"refinement.max_shift", &c.refinement.max_shift},
+                   {"refinement.min_correlation", &c.refinement.min_correlation},
+                   {"refinement.min_sigma", &c.refinement.min_sigma},
+                   {"stereo.min_similarity", &c.frame.stereo.min_similarity},
+                   {"stereo.epipolar_gate", &c.frame.stereo.epipolar_gate},
+                   {"stereo.min_depth", &c.frame.stereo.min_depth},
+                   {"stereo.max_depth", &c.frame.stereo.max_depth},
+                   {"stereo.refine", &c.frame.stereo.refine},
+                   {"final.first_iterations", &c.final_adjustment.first_iterations},
+                   {"final.second_iterations", &c.final_adjustment.second_iterations}};
+  add_tracking(c.tracking, fields);
+  add_mapping(c.mapping, fields);
+  return fields;
+}
+
+// One file being read; knows where it is for error messages.
+class ConfigReader {
+ public:
+  ConfigReader(std::string file, Config& config) : file_(std::move(file)) {
+    for (const auto& [key, field] : fields_of(config)) fields_.emplace(key, field);
+  }
+
+  void read(const YAML::Node& node, const std::string& prefix) {
+    for (const auto& item : node) {
+      const std::string key = prefix + item.first.as<std::string>();
+      if (item.second.IsMap()) {
+        read(item.second, key + ".");
+      } else {
+        set(key, item.first, item.second);
+      }
+    }
+  }
+
+ private:
+  void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
+    const auto field = fields_.find(key);
+    if (field == fields_.end()) {
+      throw InputError("{}:{}: unknown key '{}'; docs/configuration.md lists the known ones",
+                       file_, name.Mark().line + 1, key);
+    }
+    std::visit([&](auto* target) { assign(key, value, *target); }, field->second);
+  }
+
+  template <class T>
+  void assign(const std::string& key, const YAML::Node& value, T& target) const {
+    T read{};
+    if (!value.IsScalar() || !YAML::convert<T>::decode(value, read) || !is_finite(read)) {
+      throw InputError("{}:{}: '{}' must be {}, not '{}'", file_, value.Mark().line + 1, key,
+                       kind_of(read), value.IsScalar() ? value.Scalar() : "a list or nothing");
+    }
+    target = read;
+  }
+
+  template <class T>
+  static bool is_finite(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) return std::isfinite(value);
+    return true;
+  }
+  static const char* kind_of(int) { return "a whole number"; }
+  static const char* kind_of(std::uint64_t) { return "a whole number that is not negative"; }
+  static const char* kind_of(double) { return "a number"; }
+  static const char* kind_of(bool) { return "true or false"; }
+  static const char* kind_of(const std::string&) { return "a word"; }
+
+  std::string file_;
+  std::map<std::string, Field> fields_;
+};
+
+template <class T>
+std::string as_text(const T& value) {
+  if constexpr (std::is_same_v<T, std::string>) {
+    return value;
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+
+YAML::Node parse_file(const std::filesystem::path& file) {
+  try {
+    return YAML::LoadFile(file.string());
+  } catch (const YAML::BadFile&) {
+    throw InputError("{}: cannot be read; give --config an existing YAML file", file.string());
+  } catch (const YAML::ParserException& error) {
+    throw InputError("{}:{}: not valid YAML: {}", file.string(), error.mark.line + 1, error.msg);
+  }
+}
+
+}  // namespace
+
+Config::Config() {
+  final_adjustment.first_iterations = 20;
+  final_adjustment.second_iterations = 50;
+}
+
+void Config::check() const {
+  runtime.check();
+  require(mapping_queue > 0, "mapping_queue is {}; use 1 or more", mapping_queue);
+  weighting.check();
+  refinement.check();
+  frame.check();
+  tracking.check();
+  mapping.check();
+  final_adjustment.check();
+}
+
+void Config::distribute(const GuidedMatchingOptions& guided) {
+  tracking.weighting = weighting;
+  tracking.refinement = refinement;
+  tracking.search.guided = guided;
+  mapping.creation.weighting = weighting;
+  mapping.creation.refinement = refinement;
+}
+
+void load_config(const std::filesystem::path& file, Config& config) {
+  const YAML::Node root = parse_file(file);
+  if (root.IsNull()) return;
+  if (!root.IsMap()) {
+    throw InputError("{}: must hold 'key: value' lines; see docs/configuration.md", file.string());
+  }
+  Config changed = config;
+  ConfigReader(file.string(), changed).read(root, "");
+  try {
+    changed.check();
+  } catch (const InputError& error) {
+    throw InputError("{}: {}", file.string(), error.what());
+  }
+  config = changed;
+}
+
+std::vector<std::pair<std::string, std::string>> list_config(const Config& config) {
+  Config copy = config;
+  std::vector<std::pair<std::string, std::string>> result;
+  for (const auto& [key, field] : fields_of(copy)) {
+    result.emplace_back(key, std::visit([](const auto* value) { return as_text(*value); }, field));
+  }
+  return result;
+}
+
+}  // namespace rover

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rover/mapping/local_mapper.h"
+#include "rover/networks/runtime.h"
+#include "rover/tracking/frame_builder.h"
+#include "rover/tracking/tracker.h"
+
+namespace rover {
+
+enum class Execution {
+  kLockstep,    // mapping of a keyframe ends before the next frame is tracked: reproducible
+  kConcurrent,  // mapping runs on a thread of its own
+};
+
+// Everything that can be set, with the defaults that docs/results.md was made with. Written as YAML:
+// see docs/configuration.md for the keys.
+struct Config {
+  std::string family = "xfeat-corner";
+  std::uint64_t seed = 1;
+  RuntimeOptions runtime;
+  Execution execution = Execution::kLockstep;
+  int mapping_queue = 3;  // keyframes that may wait for mapping (concurrent)
+  WeightingOptions weighting;         // used by all stages
+  PatchRefinementOptions refinement;  // likewise
+  FrameBuilderOptions frame;
+  TrackerOptions tracking;
+  LocalMapperOptions mapping;
+  BundleOptions final_adjustment;
+
+  Config();
+  void check() const;
+  // Hands the options that several stages share, and the family's thresholds, to each stage.
+  void distribute(const GuidedMatchingOptions& guided);
+};
+
+// Sets what a YAML file says; other settings stay. Unknown keys, values of the wrong kind and values
+// that make no sense are errors (InputError) that name the file and the line.
+void load_config(const std::filesystem::path& file, Config& config);
+
+// All keys with their values as text, in the order of the file format.
+std::vector<std::pair<std::string, std::string>> list_config(const Config& config);
+
+}  // namespace rover

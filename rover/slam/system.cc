@@ -1,0 +1,189 @@
+#include "rover/slam/system.h"
+
+#include <algorithm>
+#include <map>
+
+#include "rover/base/error.h"
+#include "rover/map/atlas.h"
+#include "rover/slam/mapping_worker.h"
+
+namespace rover {
+namespace {
+
+void check_rig(const Rig& rig, Mode mode) {
+  require(rig.size() >= 1, "the rig has no camera");
+  require(mode != Mode::kStereo || rig.size() >= 2,
+          "mode stereo needs two cameras, the rig has {}; use mode mono", rig.size());
+}
+
+Rig cameras_for(const Rig& rig, Mode mode) {
+  Rig used = rig;
+  const std::size_t count = mode == Mode::kStereo ? 2 : 1;
+  used.cameras.erase(used.cameras.begin() + static_cast<std::ptrdiff_t>(count),
+                     used.cameras.end());
+  used.body_from_camera.resize(count);
+  return used;
+}
+
+void check_image(const cv::Mat& image, const Camera& camera, const char* name) {
+  require(image.type() == CV_8UC1, "the {} image must be 8 bit with one channel", name);
+  require(image.cols == camera.width() && image.rows == camera.height(),
+          "the {} image is {}x{}, the calibration says {}x{}; give the calibration of this camera",
+          name, image.cols, image.rows, camera.width(), camera.height());
+}
+
+}  // namespace
+
+class System::Implementation {
+ public:
+  Implementation(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask)
+      : config_(config), mask_(mask) {
+    config_.check();
+    check_rig(rig, mode);
+    rig_ = std::make_shared<const Rig>(cameras_for(rig, mode));
+    runtime_ = std::make_unique<Runtime>(config_.runtime);
+    family_ = make_feature_family(config_.family, *runtime_);
+    config_.distribute(family_.guided);
+    reset();
+  }
+
+  void reset() {
+    worker_.reset();
+    builder_ = std::make_unique<FrameBuilder>(rig_, family_, config_.frame, mask_);
+    atlas_ = std::make_shared<Atlas>(rig_);
+    tracker_ =
+        std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
+    worker_ = std::make_unique<MappingWorker>(LocalMapper(family_, config_.mapping),
+                                              config_.execution, config_.mapping_queue);
+    placed_.clear();
+    next_frame_ = 0;
+    last_time_.reset();
+  }
+
+  TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
+    check_input(time, left, right);
+    const FrameId id{next_frame_++};
+    worker_->set_current_frame(id);
+    StageTimes times;
+    StageTimer timer(times);
+    Frame frame = builder_->build(id, time, left, right, tracker_->last_matches());
+    timer.done("features");
+    TrackingResult result = tracker_->track(std::move(frame));
+    result.times.insert(result.times.begin(), times.begin(), times.end());
+    record(result);
+    if (result.new_keyframe.valid()) {
+      worker_->submit(tracker_->active_map(), result.new_keyframe, id);
+    }
+    return result;
+  }
+
+  void finish() { worker_->finish(); }
+
+  double adjust_largest_map() {
+    finish();
+    const auto largest = largest_map();
+    if (!largest) return 0;
+    Stopwatch watch;
+    const auto shared = atlas_->maps()[static_cast<std::size_t>(largest->value)];
+    MapProblem problem = gather_whole_map(*shared->view(), config_.weighting);
+    const BundleSummary summary = adjust(problem, config_.final_adjustment);
+    shared->commit([&](Map& map) { commit_adjustment(map, problem, summary); });
+    return watch.lap_ms();
+  }
+
+  std::vector<std::shared_ptr<const Map>> maps() const {
+    std::vector<std::shared_ptr<const Map>> views;
+    for (const auto& map : atlas_->maps()) views.push_back(map->view());
+    return views;
+  }
+
+  std::optional<MapId> largest_map() const {
+    std::map<MapId, int> frames;
+    for (const AnchoredPose& pose : placed_) ++frames[pose.map];
+    std::optional<MapId> largest;
+    for (const auto& [map, count] : frames) {
+      if (!largest || count > frames[*largest]) largest = map;
+    }
+    return largest;
+  }
+
+  std::vector<FinalPose> trajectory(MapId id) const {
+    const auto map = maps()[static_cast<std::size_t>(id.value)];
+    std::vector<FinalPose> poses;
+    for (const AnchoredPose& pose : placed_) {
+      if (pose.map != id) continue;
+      poses.push_back(
+          {pose.frame, pose.time, map->world_from_any(pose.reference) * pose.reference_from_body});
+    }
+    std::sort(poses.begin(), poses.end(),
+              [](const auto& a, const auto& b) { return a.time < b.time; });
+    return poses;
+  }
+
+  std::vector<FinalPose> keyframes(MapId id) const {
+    std::vector<FinalPose> poses;
+    for (const Keyframe& keyframe : maps()[static_cast<std::size_t>(id.value)]->keyframes()) {
+      poses.push_back({keyframe.frame.id, keyframe.frame.time, keyframe.world_from_body()});
+    }
+    return poses;
+  }
+
+  std::vector<MappingRecord> take_mapping_records() { return worker_->take_records(); }
+  const Config& config() const { return config_; }
+
+ private:
+  void check_input(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
+    require(!last_time_ || time > *last_time_,
+            "the time stamp {} does not come after the last one, {}; images must come in order",
+            format_seconds(time), format_seconds(last_time_.value_or(0)));
+    check_image(left, rig_->cameras[0], "left");
+    if (!right.empty()) {
+      require(rig_->size() > 1, "mode mono takes one image; use mode stereo for two");
+      check_image(right, rig_->cameras[1], "right");
+    }
+    last_time_ = time;
+  }
+
+  void record(const TrackingResult& result) {
+    placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
+    if (result.state == TrackingState::kOk) placed_.push_back(result.anchored);
+  }
+
+  Config config_;
+  cv::Mat mask_;
+  std::shared_ptr<const Rig> rig_;
+  std::unique_ptr<Runtime> runtime_;
+  FeatureFamily family_;
+  std::unique_ptr<FrameBuilder> builder_;
+  std::shared_ptr<Atlas> atlas_;
+  std::unique_ptr<Tracker> tracker_;
+  std::unique_ptr<MappingWorker> worker_;
+  std::vector<AnchoredPose> placed_;
+  std::int64_t next_frame_ = 0;
+  std::optional<Timestamp> last_time_;
+};
+
+System::System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask)
+    : implementation_(std::make_unique<Implementation>(config, rig, mode, mask)) {}
+System::~System() = default;
+
+TrackingResult System::add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
+  return implementation_->add_images(time, left, right);
+}
+void System::finish() { implementation_->finish(); }
+double System::adjust_largest_map() { return implementation_->adjust_largest_map(); }
+void System::reset() { implementation_->reset(); }
+std::vector<std::shared_ptr<const Map>> System::maps() const { return implementation_->maps(); }
+std::optional<MapId> System::largest_map() const { return implementation_->largest_map(); }
+std::vector<FinalPose> System::trajectory(MapId map) const {
+  return implementation_->trajectory(map);
+}
+std::vector<FinalPose> System::keyframes(MapId map) const {
+  return implementation_->keyframes(map);
+}
+std::vector<MappingRecord> System::take_mapping_records() {
+  return implementation_->take_mapping_records();
+}
+const Config& System::config() const { return implementation_->config(); }
+
+}  // namespace rover

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "rover/camera/camera.h"
+#include "rover/map/map.h"
+#include "rover/slam/config.h"
+#include "rover/slam/mode.h"
+#include "rover/tracking/tracking_result.h"
+
+namespace rover {
+
+// What mapping did with one keyframe.
+struct MappingRecord {
+  KeyframeId keyframe;
+  FrameId frame;
+  int lag_frames = 0;  // frames offered between the keyframe and the end of its mapping
+  MappingReport report;
+};
+
+// A pose of the finished map.
+struct FinalPose {
+  FrameId frame;
+  Timestamp time = 0;
+  SE3 world_from_body;
+};
+
+// The SLAM system: images in, poses out, a map behind. One thread at a time may call it; in
+// concurrent execution mapping runs on a thread of its own.
+//
+//   rover::System slam(rover::Config(), rig, rover::Mode::kMono);
+//   auto result = slam.add_images(time, image);   // result.state, result.world_from_body, ...
+//   slam.finish();
+class System {
+ public:
+  // The body frame is the rig's. mask: 8 bit, camera 0's size, no features where it is 0; or empty.
+  // Throws InputError for options that make no sense, a rig that cannot serve the mode, and models
+  // that are missing.
+  System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask = {});
+  ~System();
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+
+  // Tracks the next frame. time: ns, must increase. Images: 8 bit, one channel, of the calibration's
+  // size; `right` may be empty in stereo (the frame is used as mono). Throws InputError otherwise.
+  TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right = {});
+
+  // Waits until mapping has done all it was given.
+  void finish();
+
+  // Adjusts the whole of the map with most frames. Returns ms taken; 0 without a map.
+  double adjust_largest_map();
+
+  // Forgets everything, as if just made.
+  void reset();
+
+  // Maps begun so far, as they are now.
+  std::vector<std::shared_ptr<const Map>> maps() const;
+  // The map with most tracked frames; nothing before the first one.
+  std::optional<MapId> largest_map() const;
+  // Every frame placed in a map, through the map as it is now, in time order.
+  std::vector<FinalPose> trajectory(MapId map) const;
+  std::vector<FinalPose> keyframes(MapId map) const;
+  // Where mapping is, since the last call.
+  std::vector<MappingRecord> take_mapping_records();
+  const Config& config() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace rover

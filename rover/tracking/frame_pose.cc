@@ -1,0 +1,59 @@
+#include "rover/tracking/frame_pose.h"
+
+namespace rover {
+namespace {
+
+// The observations of a frame as the solver wants them, with the feature each came from.
+struct Gathered {
+  std::vector<PoseObservation> observations;
+  std::vector<int> features;
+  std::vector<char> is_landmark;
+
+  void add(const Frame& frame, int feature, const Eigen::Vector3d& point, bool landmark,
+           const WeightingOptions& weighting) {
+    const Observation& left = frame[feature];
+    append({point, left.pixel.cast<double>(), 0, effective_sigma(left.sigma, weighting)}, feature, landmark);
+    if (const StereoObservation* right = frame.stereo_of(feature)) {
+      append({point, right->pixel.cast<double>(), 1, effective_sigma(right->sigma, weighting)},
+             feature, landmark);
+    }
+  }
+  void append(const PoseObservation& observation, int feature, bool landmark) {
+    observations.push_back(observation);
+    features.push_back(feature);
+    is_landmark.push_back(landmark);
+  }
+};
+
+}  // namespace
+
+FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& options,
+                           const WeightingOptions& weighting, Frame& frame,
+                           const std::vector<TemporaryPoint>& temporary) {
+  Gathered gathered;
+  for (int i = 0; i < frame.size(); ++i) {
+    if (!frame[i].landmark.valid()) continue;
+    if (const Landmark* landmark = map.find(frame[i].landmark)) {
+      gathered.add(frame, i, landmark->position, true, weighting);
+    } else {
+      frame[i].landmark = {};
+    }
+  }
+  for (const auto& [point, feature] : temporary) {
+    gathered.add(frame, feature, point, false, weighting);
+  }
+  FramePose result;
+  result.estimate =
+      optimize_pose(map.rig(), frame.world_from_body, gathered.observations, options);
+  if (!result.estimate.converged) return result;
+  frame.world_from_body = result.estimate.world_from_body;
+  for (std::size_t i = 0; i < gathered.features.size(); ++i) {
+    if (gathered.observations[i].camera != 0) continue;
+    const bool inlier = result.estimate.inliers[i];
+    if (gathered.is_landmark[i] && !inlier) frame[gathered.features[i]].landmark = {};
+    (gathered.is_landmark[i] ? result.landmarks : result.temporary) += inlier;
+  }
+  return result;
+}
+
+}  // namespace rover

@@ -1,0 +1,82 @@
+#include "rover/tracking/keyframe_policy.h"
+
+#include <algorithm>
+#include <numbers>
+#include <unordered_map>
+
+#include "rover/base/error.h"
+
+namespace rover {
+namespace {
+
+// How far the landmarks that both see have moved in the image, apart from what rotation alone does.
+double median_parallax(const Map& map, const Frame& frame, const Keyframe& reference) {
+  const Camera& camera = map.rig().cameras[0];
+  const SE3& body_from_camera = map.rig().body_from_camera[0];
+  const SE3 now = frame.world_from_body * body_from_camera;
+  const SE3 then = reference.world_from_body() * body_from_camera;
+  std::vector<double> motions;
+  for (const Observation& observation : frame.observations) {
+    const Landmark* landmark = map.find(observation.landmark);
+    if (!landmark || !landmark->has_observation(reference.id)) continue;
+    const Eigen::Vector3d ray_then = landmark->position - then.translation;
+    const auto rotated = camera.project(now.rotation.conjugate() * ray_then);
+    if (rotated) motions.push_back((*rotated - observation.pixel.cast<double>()).norm());
+  }
+  if (motions.empty()) return 0;
+  const auto middle = motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2);
+  std::nth_element(motions.begin(), middle, motions.end());
+  return *middle;
+}
+
+// Landmarks of a keyframe that other keyframes confirm; in a map of two keyframes, all.
+int established_landmarks(const Map& map, const Keyframe& keyframe) {
+  const std::size_t wanted = std::min<std::size_t>(3, map.keyframes().size());
+  int count = 0;
+  for (const Observation& observation : keyframe.frame.observations) {
+    const Landmark* landmark = map.find(observation.landmark);
+    count += landmark && landmark->observations.size() >= wanted;
+  }
+  return count;
+}
+
+}  // namespace
+
+void KeyframePolicyOptions::check() const {
+  require(min_tracked_share > 0 && min_tracked_share < 1,
+          "keyframe.min_tracked_share is {}; use a share between 0 and 1", min_tracked_share);
+  require(max_parallax > 0 && max_rotation > 0,
+          "keyframe.max_parallax and max_rotation must be positive");
+  require(min_inliers >= 4, "keyframe.min_inliers is {}; use 4 or more", min_inliers);
+}
+
+bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  if (evidence.inliers < options.min_inliers) return false;
+  const bool needs_near = evidence.stereo && evidence.near_tracked < options.min_near &&
+                          evidence.near_new > options.min_new_near;
+  if (needs_near || evidence.inliers < options.min_landmarks) return true;
+  if (evidence.frames_since_keyframe < options.min_gap) return false;
+  return evidence.inliers < options.min_tracked_share * evidence.reference_landmarks ||
+         evidence.parallax > options.max_parallax || evidence.rotation > options.max_rotation;
+}
+
+KeyframeEvidence gather_keyframe_evidence(const Map& map, const Frame& frame,
+                                          KeyframeId reference_id, double near_depth) {
+  const Keyframe& reference = map.at(reference_id);
+  KeyframeEvidence evidence;
+  evidence.inliers = frame.landmark_count();
+  evidence.reference_landmarks = established_landmarks(map, reference);
+  evidence.parallax = median_parallax(map, frame, reference);
+  const SE3& then = reference.world_from_body();
+  evidence.rotation =
+      then.rotation.angularDistance(frame.world_from_body.rotation) * 180 / std::numbers::pi;
+  evidence.stereo = frame.stereo != nullptr;
+  for (int i = 0; i < frame.size(); ++i) {
+    const StereoObservation* stereo = frame.stereo_of(i);
+    if (!stereo || stereo->depth > near_depth) continue;
+    (frame[i].landmark.valid() ? evidence.near_tracked : evidence.near_new) += 1;
+  }
+  return evidence;
+}
+
+}  // namespace rover

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "rover/map/atlas.h"
+#include "rover/matching/feature_family.h"
+#include "rover/tracking/frame_pose.h"
+#include "rover/tracking/keyframe_insertion.h"
+#include "rover/tracking/keyframe_policy.h"
+#include "rover/tracking/landmark_search.h"
+#include "rover/tracking/local_map.h"
+#include "rover/tracking/mono_initializer.h"
+#include "rover/tracking/relocalizer.h"
+#include "rover/tracking/tracking_result.h"
+
+namespace rover {
+
+struct TrackerOptions {
+  double motion_radius = 20;   // px at 640 wide: gate around the position predicted by the motion
+  double local_radius = 6;     // px at 640 wide: gate once the pose is known from the last frame
+  int confident_inliers = 40;  // fewer after guided search from the last frame: learned matching
+  int min_inliers = 20;        // fewer in the local map: lost
+  bool learned_tracking = false;  // always match the last frame with the learned matcher
+  bool refine = true;          // refine observations photometrically in every frame
+  double max_lost = 2.0;       // s after which a new map may be begun ...
+  double max_lost_young = 0.3;  // ... when the map lost has less than 5 keyframes
+  int min_stereo_points = 100;  // to begin a map from one stereo frame
+  int learned_features = 512;   // unused features beyond the best so many are not matched
+  LandmarkSearchOptions search;
+  PatchRefinementOptions refinement;
+  PoseOptimizationOptions pose;
+  WeightingOptions weighting;
+  LocalMapOptions local_map;
+  KeyframePolicyOptions keyframe;
+  StereoLandmarkOptions stereo;
+  RelocalizationOptions relocalization;
+  MonoInitializerOptions initialization;
+  BundleOptions initial_adjustment;
+
+  void check() const;
+};
+
+// The first stage: where is each frame? See DESIGN, section 2.
+class Tracker {
+ public:
+  Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
+          const FeatureFamily& family, const TrackerOptions& options, std::uint64_t seed);
+
+  TrackingResult track(Frame frame);
+
+  // Matches of the last tracked frame, for the adaptive threshold; 0 while lost.
+  int last_matches() const { return last_matches_; }
+  // The map tracked in, or null before the first one.
+  const std::shared_ptr<SharedMap>& active_map() const { return map_; }
+
+ private:
+  // Each step works on the view of the map taken when the frame came.
+  void rebase(const Map& map);
+  SE3 predict(Timestamp time) const;
+  bool match_to_last(const Map& map, const FeatureGrid& grid, Frame& frame);
+  bool match_by_motion(const Map& map, const FeatureGrid& grid, Frame& frame);
+  bool match_by_learning(const Map& map, Frame& frame);
+  bool match_to_reference(const Map& map, Frame& frame);
+  bool relocalize(const Map& map, Frame& frame);
+  bool track_local_map(const Map& map, const FeatureGrid& grid, Frame& frame,
+                       TrackingResult& result);
+  void decide_keyframe(const Map& map, const Frame& frame, TrackingResult& result);
+  void begin_map(Frame frame, TrackingResult& result);
+  void begin_stereo_map(Frame frame, TrackingResult& result);
+  void begin_mono_map(Frame frame, TrackingResult& result);
+  void place_pending(const Map& map, TrackingResult& result);
+  bool place(const Map& map, Frame& frame);
+  void accept(const Frame& frame, const Map& map, TrackingResult& result);
+  void lose(const Frame& frame, TrackingResult& result);
+  std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, const Frame& frame) const;
+  AnchoredPose anchor(const Map& map, const Frame& frame, KeyframeId reference) const;
+  LandmarkSearchOptions search_options(double radius) const;
+  bool may_begin_map(const Map* map, Timestamp now) const;
+
+  std::shared_ptr<Atlas> atlas_;
+  std::shared_ptr<const Rig> rig_;
+  FeatureFamily family_;
+  TrackerOptions options_;
+  double pixel_scale_;  // image width / 640
+  Relocalizer relocalizer_;
+  MonoInitializer initializer_;
+
+  std::shared_ptr<SharedMap> map_;
+  TrackingState state_ = TrackingState::kWaiting;
+  std::optional<Frame> last_;      // the last frame tracked
+  KeyframeId reference_;           // of the last frame
+  SE3 reference_from_last_;
+  Vector6d velocity_ = Vector6d::Zero();  // per second, body frame
+  bool velocity_known_ = false;
+  Timestamp lost_since_ = 0;
+  int relocalization_turn_ = 0;
+  int last_matches_ = 0;
+  int frames_since_keyframe_ = 0;
+  std::map<LandmarkId, std::pair<int, int>> sightings_;  // visible, found; since last keyframe
+};
+
+}  // namespace rover

@@ -1,77 +1,18 @@
 #include "rover/geometry/two_view.h"
 
 #include <cmath>
-#include <functional>
 #include <numbers>
 
 #include <gtest/gtest.h>
-#include <Eigen/LU>
 
-#include "rover/geometry/homography.h"
-#include "rover/geometry/random_geometry.h"
+#include "rover/geometry/two_view_scenes.h"
 
 namespace rover {
 namespace {
 
-constexpr double kSigma = 0.5 / 450;  // rad: keypoints of half a pixel
+using namespace two_view_scenes;
+
 constexpr double kDegree = std::numbers::pi / 180;
-
-struct View {
-  double max_angle;  // of bearings from the axis
-};
-constexpr View kPinhole = {0.65}, kFisheye = {1.7};
-
-Eigen::Vector3d bearing_in_view(Random& random, View view) {
-  while (true) {
-    const Eigen::Vector3d d = random_direction(random);
-    if (std::acos(d.z()) < view.max_angle) return d;
-  }
-}
-
-struct Scene {
-  SE3 second_from_first;
-  std::vector<BearingPair> pairs;
-  int outliers = 0;
-};
-
-using Depth = std::function<double(const Eigen::Vector3d& bearing)>;
-
-// The first camera sees points at a depth along its bearings; both see them in their view.
-Scene make_scene(Random& random, const SE3& second_from_first, const Depth& depth, View view,
-                 int count, double outliers, double sigma) {
-  Scene scene{second_from_first, {}, static_cast<int>(outliers * count)};
-  while (static_cast<int>(scene.pairs.size()) < count) {
-    const Eigen::Vector3d first = bearing_in_view(random, view);
-    const double distance = depth(first);
-    if (!(distance > 0 && distance < 100)) continue;
-    const Eigen::Vector3d second = (second_from_first * (distance * first)).normalized();
-    if (std::acos(second.z()) > view.max_angle) continue;
-    const bool outlier = static_cast<int>(scene.pairs.size()) < scene.outliers;
-    scene.pairs.push_back(
-        {disturb_bearing(first, sigma, random),
-         outlier ? bearing_in_view(random, view) : disturb_bearing(second, sigma, random)});
-  }
-  return scene;
-}
-
-SE3 random_motion(Random& random, double baseline) {
-  return {random_rotation(random, 0.15), baseline * random_direction(random)};
-}
-
-SE3 sideways(Random& random, double baseline) {
-  Eigen::Vector3d t = random_direction(random);
-  t.z() *= 0.2;
-  return {random_rotation(random, 0.1), baseline * t.normalized()};
-}
-
-Depth cloud(Random& random) {
-  return [&random](const Eigen::Vector3d&) { return random.uniform(2, 8); };
-}
-
-// A plane at distance d with this unit normal, seen from the first camera.
-Depth plane(const Eigen::Vector3d& normal, double d) {
-  return [=](const Eigen::Vector3d& bearing) { return d / normal.dot(bearing); };
-}
 
 double rotation_error(const SE3& found, const SE3& truth) {
   return found.rotation.angularDistance(truth.rotation) / kDegree;
@@ -227,92 +168,6 @@ TEST(TwoView, OptionsAreChecked) {
   EXPECT_THROW(TwoViewOptions{.max_second_share = 1}.check(), InputError);
   EXPECT_THROW(TwoViewOptions{.min_median_parallax = -1}.check(), InputError);
   EXPECT_THROW(TwoViewOptions{.min_point_parallax = -1}.check(), InputError);
-}
-
-TEST(Essential, DecompositionHoldsThePose) {
-  Random random(10);
-  for (int i = 0; i < 3000; ++i) {
-    const SE3 pose(random_rotation(random), random_direction(random));
-    const auto poses = decompose_essential(random.uniform(-2, 2) * essential_from_pose(pose));
-    double nearest = 10;
-    for (const SE3& p : poses) {
-      nearest = std::min(nearest, (p.matrix() - pose.matrix()).norm());
-      const Eigen::Matrix3d e = essential_from_pose(p), truth = essential_from_pose(pose);
-      EXPECT_LT(std::min((e - truth).norm(), (e + truth).norm()), 1e-10);
-    }
-    EXPECT_LT(nearest, 1e-10);
-  }
-}
-
-// Divided by the variance of the noise, the errors are chi-square: their means are 1 and 2.
-TEST(Essential, ErrorsAreChiSquare) {
-  Random random(11);
-  for (const View view : {kPinhole, kFisheye}) {
-    const Scene scene =
-        make_scene(random, random_motion(random, 1), cloud(random), view, 20000, 0, kSigma);
-    double sum = 0;
-    for (const auto& pair : scene.pairs)
-      sum += epipolar_squared_error(essential_from_pose(scene.second_from_first), pair);
-    EXPECT_NEAR(sum / (20000 * kSigma * kSigma), 1, 0.05);
-  }
-}
-
-Eigen::Matrix3d homography_of(const SE3& pose, const Eigen::Vector3d& normal, double d) {
-  return pose.rotation_matrix() + pose.translation * normal.transpose() / d;
-}
-
-TEST(Homography, ErrorsAreChiSquare) {
-  Random random(12);
-  for (const View view : {kPinhole, kFisheye}) {
-    const SE3 motion = sideways(random, 1);
-    const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.2, 1).normalized();
-    const Scene scene = make_scene(random, motion, plane(normal, 3), view, 20000, 0, kSigma);
-    double sum = 0;
-    for (const auto& pair : scene.pairs)
-      sum += homography_squared_error(homography_of(motion, normal, 3), pair);
-    EXPECT_NEAR(sum / (20000 * kSigma * kSigma), 2, 0.1);
-  }
-}
-
-TEST(Homography, SolvesAndDecomposes) {
-  Random random(13);
-  for (int i = 0; i < 2000; ++i) {
-    const SE3 motion = sideways(random, 1);
-    const Eigen::Vector3d normal =
-        (Eigen::Vector3d::UnitZ() + 0.3 * random_gaussian_vector(random)).normalized();
-    const Scene scene = make_scene(random, motion, plane(normal, 4), kPinhole, 4 + i % 9, 0, 0);
-    const auto found = solve_homography(scene.pairs);
-    ASSERT_TRUE(found);
-    const Eigen::Matrix3d truth = homography_of(motion, normal, 4);
-    for (const auto& pair : scene.pairs) EXPECT_LT(homography_squared_error(*found, pair), 1e-12);
-    double nearest = 10;
-    for (const SE3& pose : decompose_homography(truth)) {
-      EXPECT_NEAR(pose.rotation.norm(), 1, 1e-12);
-      nearest = std::min(nearest, (pose.matrix() - motion.matrix()).norm());
-    }
-    EXPECT_LT(nearest, 1e-6);
-  }
-}
-
-TEST(Homography, OfARotationShowsNoTranslation) {
-  EXPECT_TRUE(decompose_homography(Eigen::Matrix3d::Identity()).empty());
-}
-
-TEST(Homography, RefusesPointsOnALine) {
-  Random random(14);
-  for (int i = 0; i < 500; ++i) {
-    const SE3 motion = sideways(random, 1);
-    std::vector<BearingPair> pairs;
-    const Eigen::Vector3d start(0, 0, 5), d = random_direction(random);
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d p = start + 0.5 * k * d;
-      pairs.push_back({p.normalized(), (motion * p).normalized()});
-    }
-    EXPECT_FALSE(solve_homography(pairs));
-    const Eigen::Vector3d off(0.7, -0.8, 4);
-    pairs.push_back({off.normalized(), (motion * off).normalized()});
-    EXPECT_FALSE(solve_homography(pairs));
-  }
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 std::optional<AlignedErrors> judge_aligned(std::span<const PosePair> pairs, AlignmentKind kind) {
   const auto alignment = align(pairs, kind);
   if (!alignment) return std::nullopt;
-  const std::vector<PosePair> aligned = apply(*alignment, pairs);
+  const std::vector<PosePair> aligned = move_estimates(*alignment, pairs);
   const RelativeErrors relative = frame_to_frame_errors(aligned);
   return AlignedErrors{*alignment, statistics_of(position_errors(aligned)),
                        statistics_of(relative.translation), statistics_of(relative.rotation),

@@ -109,7 +109,8 @@ std::optional<Sim3> align(std::span<const PosePair> pairs, AlignmentKind kind) {
   return alignment->to_from_from;
 }
 
-std::vector<PosePair> apply(const Sim3& reference_from_estimate, std::span<const PosePair> pairs) {
+std::vector<PosePair> move_estimates(const Sim3& reference_from_estimate,
+                                     std::span<const PosePair> pairs) {
   std::vector<PosePair> moved(pairs.begin(), pairs.end());
   for (PosePair& pair : moved) pair.estimate = move_pose(reference_from_estimate, pair.estimate);
   return moved;

@@ -33,7 +33,8 @@ std::vector<PosePair> associate(const Trajectory& estimate, const Trajectory& re
 // Nothing where they do not determine it: too few, or all on one line or in one place.
 std::optional<Sim3> align(std::span<const PosePair> pairs, AlignmentKind kind);
 // The pairs with their estimates moved by it.
-std::vector<PosePair> apply(const Sim3& reference_from_estimate, std::span<const PosePair> pairs);
+std::vector<PosePair> move_estimates(const Sim3& reference_from_estimate,
+                                     std::span<const PosePair> pairs);
 
 // Absolute trajectory error: distances between the positions of aligned pairs, in metres.
 std::vector<double> position_errors(std::span<const PosePair> aligned);

@@ -80,7 +80,7 @@ TEST(AbsoluteError, VanishesUnderTheRightAlignment) {
     const auto alignment = align(pairs, kind);
     ASSERT_TRUE(alignment);
     EXPECT_NEAR(alignment->scale, 1 / transform.scale, 1e-9);
-    const auto aligned = apply(*alignment, pairs);
+    const auto aligned = move_estimates(*alignment, pairs);
     EXPECT_LT(statistics_of(position_errors(aligned)).max, 1e-9);
     const auto relative = frame_to_frame_errors(aligned);
     EXPECT_LT(statistics_of(relative.translation).max, 1e-9);

@@ -67,7 +67,9 @@ TEST_P(Peers, HaveTheirPublishedErrors) {
       judge(peer.file, read_tum_trajectory(file), reference, 0.02, Offered{dataset->size(), 0, 0});
   ASSERT_TRUE(judgement.rigid && judgement.similarity);
   EXPECT_NEAR(judgement.similarity->position.rmse, peer.similarity, 0.006 * peer.similarity + 5e-5);
-  if (peer.rigid > 0) EXPECT_NEAR(judgement.rigid->position.rmse, peer.rigid, 5.1e-4);
+  if (peer.rigid > 0) {
+    EXPECT_NEAR(judgement.rigid->position.rmse, peer.rigid, 5.1e-4);
+  }
   EXPECT_NEAR(*judgement.coverage, peer.coverage, 6e-4);
 }
 

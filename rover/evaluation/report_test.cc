@@ -19,7 +19,8 @@ using ::testing::Not;
 Trajectory circle(double radius) {
   Trajectory trajectory;
   for (int i = 0; i < 60; ++i) {
-    const Eigen::Vector3d p(radius * std::cos(0.1 * i), radius * std::sin(0.1 * i), 0.01 * i);
+    const Eigen::Vector3d p(radius * std::cos(0.1 * i), radius * std::sin(0.1 * i),
+                            0.01 * radius * i);
     trajectory.push_back({from_seconds(0.1 * i), SE3(Eigen::Quaterniond::Identity(), p)});
   }
   return trajectory;
@@ -32,8 +33,8 @@ TEST(Judgement, SaysWhatFitsAndWhatIsCovered) {
   EXPECT_EQ(judgement.associated, 60u);
   EXPECT_DOUBLE_EQ(*judgement.coverage, 0.5);
   EXPECT_NEAR(judgement.longest_gap, 6, 1e-9);
-  EXPECT_NEAR(judgement.similarity->reference_from_estimate.scale, 2, 0.01);
-  EXPECT_LT(judgement.similarity->position.rmse, 0.1);
+  EXPECT_NEAR(judgement.similarity->reference_from_estimate.scale, 2, 1e-9);
+  EXPECT_LT(judgement.similarity->position.rmse, 1e-9);
   EXPECT_GT(judgement.rigid->position.rmse, 0.8);
   const auto json = to_json(judgement);
   EXPECT_EQ(json["sim3"]["ate_m"]["rmse"], judgement.similarity->position.rmse);

@@ -161,6 +161,7 @@ std::string draw_frame(const View& view, const std::string& title) {
 
 std::string draw_path(const View& view, const Trajectory& trajectory, const char* color,
                       double width) {
+  if (trajectory.empty()) return "";
   std::string commands;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const bool begins = i == 0 || trajectory[i].time - trajectory[i - 1].time > kBreak;

@@ -1,7 +1,6 @@
 #include "rover/optimization/bundle_adjustment.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "rover/base/error.h"
@@ -14,7 +13,7 @@ namespace rover {
 namespace {
 
 // Beyond this many free poses the dense reduced system of SchurSolver loses to a sparse one.
-constexpr int kSchurPoses = 150;
+constexpr int kSchurPoses = 300;
 
 void check_problem(const BundleProblem& problem) {
   const auto valid = [](int index, std::size_t size) {
@@ -66,6 +65,15 @@ int free_poses(const BundleProblem& problem) {
   return static_cast<int>(std::count(problem.pose_fixed.begin(), problem.pose_fixed.end(), 0));
 }
 
+bool all_finite(const BundleProblem& problem) {
+  const auto is_finite = [](const auto& values) { return values.allFinite(); };
+  return std::all_of(problem.points.begin(), problem.points.end(), is_finite) &&
+         std::all_of(problem.world_from_body.begin(), problem.world_from_body.end(),
+                     [&](const SE3& pose) {
+                       return is_finite(pose.translation) && is_finite(pose.rotation.coeffs());
+                     });
+}
+
 BundlePassResult minimize(BundleProblem& problem, const BundlePass& pass) {
   BundleSolver solver = pass.options.solver;
   if (solver == BundleSolver::kAutomatic)
@@ -112,7 +120,7 @@ BundleSummary adjust_bundle(BundleProblem& problem, const BundleOptions& options
   const auto initial_points = problem.points;
   summary.inliers.assign(problem.observations.size(), 1);
   summary.initial_cost = robust_cost(squared_residuals(problem), options);
-  summary.usable = std::isfinite(summary.initial_cost) && minimize_twice(problem, options, summary);
+  summary.usable = all_finite(problem) && minimize_twice(problem, options, summary);
   if (!summary.usable) {
     problem.world_from_body = initial_poses;
     problem.points = initial_points;

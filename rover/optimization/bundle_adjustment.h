@@ -43,8 +43,8 @@ struct BundleOptions {
                            // where poses fixed in two places hold the scale already
   double min_relative_decrease = 1e-6;  // of the cost in one iteration: below, a pass ends
   BundleSolver solver = BundleSolver::kAutomatic;
-  int threads = 1;                    // of kCeres: more than one is not reproducible
-  std::function<bool()> should_stop;  // asked after each iteration; empty: never
+  int threads = 1;                      // of kCeres: more than one is not reproducible
+  std::function<bool()> should_stop{};  // asked after each iteration; empty: never
 
   void check() const;
 };
@@ -54,7 +54,8 @@ struct BundleSummary {
   double initial_cost = 0;    // robust cost 0.5 sum rho of all observations, outliers included
   double final_cost = 0;
   int iterations = 0;
-  bool usable = false;  // false: the problem was empty or the solver failed; nothing changed
+  bool usable = false;  // false: the problem was empty or not finite, or the solver failed;
+                        // nothing changed
 };
 
 // Minimises the robust reprojection error over all free poses and points (Levenberg-Marquardt with

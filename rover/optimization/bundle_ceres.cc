@@ -139,6 +139,21 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, kPoseSize, 3> {
   const BundleObservation& seen_;
 };
 
+// HuberKernel in Ceres' terms. The second derivative is left out on purpose: for a concave kernel
+// Ceres does not use it either.
+class KernelLoss : public ceres::LossFunction {
+ public:
+  explicit KernelLoss(double threshold) : kernel_{threshold} {}
+  void Evaluate(double s, double* rho) const override {
+    rho[0] = kernel_.rho(s);
+    rho[1] = kernel_.weight(s);
+    rho[2] = 0;
+  }
+
+ private:
+  HuberKernel kernel_;
+};
+
 // Asks whether to stop after each iteration.
 class StopCallback : public ceres::IterationCallback {
  public:
@@ -248,7 +263,7 @@ class CeresBundle {
   std::vector<PoseBlock> poses_;
   PoseManifold manifold_;
   HeldPoseManifold held_manifold_;
-  ceres::HuberLoss loss_;
+  KernelLoss loss_;
   std::deque<ReprojectionCost> costs_;  // stays where it is while growing
   ceres::Problem problem_;
 };

@@ -86,7 +86,8 @@ PointInformation BundleLinearizer::gather(const BundleEdge& edge,
     }
     const double squared = residual.squaredNorm();
     cost += 0.5 * kernel_.rho(squared);
-    information.add(jacobian, residual, kernel_.weight(squared));
+    const double weight = kernel_.weight(squared);
+    if (weight > 0) information.add(jacobian, residual, weight);
   }
   return information;
 }

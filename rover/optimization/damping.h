@@ -10,8 +10,6 @@ namespace rover {
 // the cost) of steps taken, and grows ever faster while steps are refused.
 class Damping {
  public:
-  explicit Damping(double initial) : lambda_(initial) {}
-
   double lambda() const { return lambda_; }
   bool exhausted() const { return lambda_ > 1e12; }
 
@@ -30,7 +28,7 @@ class Damping {
   double of(double diagonal) const { return lambda_ * std::max(diagonal, 1e-6); }
 
  private:
-  double lambda_;
+  double lambda_ = 1e-4;
   double growth_ = 2;
 };
 

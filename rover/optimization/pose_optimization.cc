@@ -16,14 +16,15 @@ namespace {
 
 constexpr int kMinInliers = 4;  // three leave up to four solutions and no check
 
-// A predicted decrease of half the chi-square below this moves the estimate by less than a
-// hundredth of its own standard deviation, and the step is still taken.
+// A step with a smaller predicted decrease of half the chi-square moves the estimate by less than
+// a hundredth of its own standard deviation: it is taken without looking, and is the last.
 constexpr double kNegligibleDecrease = 5e-5;
 
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   double cost = 0;
+  double chi2 = 0;  // sum of the squared residuals
 
   Vector6d step(const Damping& damping) const {
     Matrix6d damped = hessian;
@@ -68,12 +69,13 @@ class PoseSolver {
 
   // One round: Levenberg-Marquardt on the selected observations.
   SE3 descend(SE3 pose) const {
-    Damping damping(1e-6);
+    Damping damping;
     NormalEquations current = linearize(pose);
     for (int i = 0; i < options_.iterations && !damping.exhausted(); ++i) {
       const Vector6d step = current.step(damping);
       const double predicted = current.predicted_decrease(step);
       const SE3 candidate = se3_plus(pose, step);
+      if (step.norm() < options_.min_step || predicted < kNegligibleDecrease) return candidate;
       const NormalEquations next = linearize(candidate);
       if (next.cost <= current.cost) {
         damping.accept((current.cost - next.cost) / std::max(predicted, 1e-300));
@@ -82,18 +84,8 @@ class PoseSolver {
       } else {
         damping.reject();
       }
-      if (step.norm() < options_.min_step || predicted < kNegligibleDecrease) break;
     }
     return pose;
-  }
-
-  double selected_chi2(const SE3& pose) const {
-    const BodyFrame frame(pose);
-    double sum = 0;
-    for (std::size_t i = 0; i < observations_.size(); ++i) {
-      if (selected_[i]) sum += chi2(frame, observations_[i]);
-    }
-    return sum;
   }
 
   const std::vector<char>& selected() const { return selected_; }
@@ -112,12 +104,16 @@ class PoseSolver {
     Matrix23d jacobian;
     if (!reprojector_.evaluate(seen.camera, point, seen.pixel, seen.sigma, residual, &jacobian)) {
       equations.cost += 0.5 * kernel_.rho(kUnseenChi2);
+      equations.chi2 += kUnseenChi2;
       return;
     }
     const double squared = residual.squaredNorm();
     equations.cost += 0.5 * kernel_.rho(squared);
+    equations.chi2 += squared;
+    const double weight = kernel_.weight(squared);
+    if (weight == 0) return;
     PointInformation information;
-    information.add(jacobian, residual, kernel_.weight(squared));
+    information.add(jacobian, residual, weight);
     information.add_to_pose(point, equations.hessian, equations.gradient);
   }
 
@@ -143,9 +139,10 @@ void finish(const PoseSolver& solver, const SE3& pose, PoseEstimate& estimate) {
   estimate.inliers = solver.selected();
   estimate.inlier_count = solver.selected_count();
   if (estimate.inlier_count == 0) return;
-  estimate.mean_chi2 = solver.selected_chi2(pose) / estimate.inlier_count;
+  const NormalEquations equations = solver.linearize(pose);
+  estimate.mean_chi2 = equations.chi2 / estimate.inlier_count;
   if (estimate.inlier_count < kMinInliers) return;
-  const auto covariance = invert(solver.linearize(pose).hessian);
+  const auto covariance = invert(equations.hessian);
   if (!covariance) return;
   estimate.world_from_body = pose;
   estimate.covariance = *covariance * std::max(1.0, estimate.mean_chi2 / 2);

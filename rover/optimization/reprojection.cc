@@ -6,9 +6,11 @@ namespace rover {
 namespace {
 
 // skew(x)^T * m: the columns of m crossed with x.
-Eigen::Matrix3d crossed_columns(const Eigen::Matrix3d& m, const Eigen::Vector3d& x) {
+inline Eigen::Matrix3d crossed_columns(const Eigen::Matrix3d& m, const Eigen::Vector3d& x) {
   Eigen::Matrix3d result;
-  for (int column = 0; column < 3; ++column) result.col(column) = m.col(column).cross(x);
+  result.row(0) = m.row(1) * x[2] - m.row(2) * x[1];
+  result.row(1) = m.row(2) * x[0] - m.row(0) * x[2];
+  result.row(2) = m.row(0) * x[1] - m.row(1) * x[0];
   return result;
 }
 
@@ -32,7 +34,10 @@ bool Reprojector::evaluate(int camera, const Eigen::Vector3d& point_in_body,
   if (!projected) return false;
   const double scale = 1 / sigma;
   residual = scale * (pixel - *projected);
-  if (by_body_point) by_body_point->noalias() = (-scale * jacobian) * extrinsics.rotation;
+  if (by_body_point) {
+    jacobian *= -scale;
+    by_body_point->noalias() = jacobian.lazyProduct(extrinsics.rotation);
+  }
   return true;
 }
 

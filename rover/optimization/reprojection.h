@@ -67,8 +67,9 @@ struct PointInformation {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 
   void add(const Matrix23d& by_body_point, const Eigen::Vector2d& residual, double weight) {
-    hessian.noalias() += (weight * by_body_point.transpose()).lazyProduct(by_body_point);
-    gradient.noalias() += (weight * by_body_point.transpose()).lazyProduct(residual);
+    const Matrix23d weighted = weight * by_body_point;
+    hessian.noalias() += weighted.transpose().lazyProduct(by_body_point);
+    gradient.noalias() += weighted.transpose().lazyProduct(residual);
   }
 
   // Adds the blocks of the pose that sees the point at x (body frame).

@@ -197,7 +197,7 @@ class SchurSolver {
   BundleStructure structure_;
   BundleLinearizer linearizer_;
   SchurComplement complement_;
-  Damping damping_{1e-4};
+  Damping damping_;
   BundleState state_, candidate_;
   BundleEquations current_, next_;
   BundleStep step_;

@@ -19,6 +19,7 @@ class AlikedLevels {
                cv::Point origin, const kernels::Kernels& kernels);
 
   int channels() const { return 4 * level_channels_; }
+  cv::Size size() const { return size_; }
 
   // The joint unit vector of a pixel inside the image.
   void at_pixel(int x, int y, float* out) const;

@@ -12,8 +12,8 @@ namespace rover {
 
 struct SelectionOptions {
   AdaptiveThresholdOptions threshold;
-  float spread = 0.5f;  // share of the budget that is shared out over the cells of a grid
-  int cell = 64;        // px, side of such a cell
+  float spread = 0.15f;  // share of the budget that is shared out over the cells of a grid
+  int cell = 64;         // px, side of such a cell
 
   void check() const;
 };

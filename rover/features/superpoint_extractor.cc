@@ -6,6 +6,8 @@
 namespace rover {
 namespace {
 
+constexpr float kSigma = 0.27f;  // px, measured: docs/features.md
+
 class SuperPointExtractor final : public NetworkExtractor {
  public:
   SuperPointExtractor(Runtime& runtime, const DetectionOptions& options)
@@ -22,7 +24,7 @@ class SuperPointExtractor final : public NetworkExtractor {
   }
 
   Located locate(const ScoreMap& scores, const Candidate& candidate) const override {
-    return {refine_centroid(scores, candidate, 2), 0.35f};
+    return {refine_centroid(scores, candidate, 2), kSigma};
   }
 
   Descriptors describe(const Outputs& outputs, const FeatureSet& features,

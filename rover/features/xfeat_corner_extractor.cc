@@ -1,9 +1,27 @@
 #include "rover/features/xfeat_corner_extractor.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "rover/features/network_extractor.h"
 
 namespace rover {
 namespace {
+
+// Standard deviation of a corner's position, px per axis: what is left of the best, what noise does
+// at low contrast, and what a flat peak leaves open in its flattest direction. Coefficients are
+// fitted to residuals under known homographies (docs/features.md, uncertainty).
+float position_sigma(const ScoreMap& scores, const Candidate& candidate) {
+  constexpr float kBest = 0.11f, kContrast = 0.16f, kFlatness = 0.042f, kWorst = 1;
+  const float* at = scores.at(candidate.x, candidate.y);
+  const int row = scores.stride;
+  const float xx = at[-1] - 2 * at[0] + at[1], yy = at[-row] - 2 * at[0] + at[row];
+  const float xy = (at[-row - 1] + at[row + 1] - at[1 - row] - at[row - 1]) / 4;
+  const float curvature = -0.5f * (xx + yy) - std::hypot(0.5f * (xx - yy), xy);
+  const float variance = kBest * kBest + kContrast * kContrast / candidate.score +
+                         kFlatness * kFlatness * candidate.score / std::max(curvature, 1e-6f);
+  return std::min(std::sqrt(variance), kWorst);
+}
 
 class XFeatCornerExtractor final : public NetworkExtractor {
  public:
@@ -34,7 +52,7 @@ class XFeatCornerExtractor final : public NetworkExtractor {
   }
 
   Located locate(const ScoreMap& scores, const Candidate& candidate) const override {
-    return {refine_quadratic(scores, candidate), 0.3f};
+    return {refine_quadratic(scores, candidate), position_sigma(scores, candidate)};
   }
 
   Descriptors describe(const Outputs& outputs, const FeatureSet& features,

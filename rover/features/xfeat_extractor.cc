@@ -6,6 +6,8 @@
 namespace rover {
 namespace {
 
+constexpr float kSigma = 0.5f;  // px, measured: docs/features.md
+
 class XFeatExtractor final : public NetworkExtractor {
  public:
   XFeatExtractor(Runtime& runtime, const DetectionOptions& options)
@@ -34,7 +36,7 @@ class XFeatExtractor final : public NetworkExtractor {
   }
 
   Located locate(const ScoreMap& scores, const Candidate& candidate) const override {
-    return {refine_parabola(scores, candidate), 0.75f};
+    return {refine_parabola(scores, candidate), kSigma};
   }
 
   Descriptors describe(const Outputs& outputs, const FeatureSet& features,

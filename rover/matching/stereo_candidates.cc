@@ -13,7 +13,7 @@ namespace {
 constexpr double kMinSine = 0.05;
 
 // Calibrations and positions are not better than this.
-constexpr double kMinSigma = 0.5;  // px
+constexpr double kMinSigma = 0.75;  // px
 
 double largest_sigma(const FeatureSet& features) {
   const auto largest = std::max_element(features.sigmas.begin(), features.sigmas.end());

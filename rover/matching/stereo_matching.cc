@@ -25,6 +25,10 @@ void StereoMatchingOptions::check() const {
 
 namespace {
 
+// px per axis, of a right feature that could not be aligned with the left image: half of these
+// lie at occlusions, where the two detections are not of one point (docs/matching.md).
+constexpr float kUnalignedSigma = 1.0f;
+
 // Mutually most similar candidates; -1 for left features without partner.
 std::vector<int> best_partners(const FeatureSet& left, const FeatureSet& right,
                                const StereoCandidates& search, float min_similarity) {

@@ -110,7 +110,8 @@ class Pacer {
   // Waits until the frame is there. False: the next one is there already, so this one is dropped.
   bool admit(Timestamp time, const std::optional<SensorFrame>& next) {
     if (!realtime_) return true;
-    if (!first_) {
+    if (!started_) {
+      started_ = true;
       first_ = time;
       start_ = std::chrono::steady_clock::now();
     }
@@ -121,10 +122,11 @@ class Pacer {
 
  private:
   std::chrono::steady_clock::time_point due(Timestamp time) const {
-    return start_ + std::chrono::nanoseconds(time - *first_);
+    return start_ + std::chrono::nanoseconds(time - first_);
   }
   bool realtime_;
-  std::optional<Timestamp> first_;
+  bool started_ = false;
+  Timestamp first_ = 0;
   std::chrono::steady_clock::time_point start_;
 };
 

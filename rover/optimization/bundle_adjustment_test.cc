@@ -256,6 +256,23 @@ TEST(BundleAdjustment, SchurAgreesWithCeres) {
   }
 }
 
+// Above 60 poses Ceres factorises a sparse reduced system, above 300 it is the automatic choice.
+TEST(BundleAdjustment, LargeProblemsEndInTheSameMinimum) {
+  const auto cost_of = [](BundleProblem problem, BundleSolver solver) {
+    const BundleOptions options{.first_iterations = 50,
+                                .second_iterations = 50,
+                                .min_relative_decrease = 1e-12,
+                                .solver = solver};
+    return adjust_bundle(problem, options).final_cost;
+  };
+  const auto sparse = simulate_bundle({.free_poses = 80, .points = 1500}).problem;
+  const double reference = cost_of(sparse, BundleSolver::kCeres);
+  EXPECT_NEAR(cost_of(sparse, BundleSolver::kSchur), reference, 1e-6 * reference);
+  EXPECT_EQ(cost_of(sparse, BundleSolver::kAutomatic), cost_of(sparse, BundleSolver::kSchur));
+  const auto large = simulate_bundle({.free_poses = 301, .points = 3000}).problem;
+  EXPECT_EQ(cost_of(large, BundleSolver::kAutomatic), cost_of(large, BundleSolver::kCeres));
+}
+
 TEST(BundleAdjustment, RefusesOptionsThatMakeNoSense) {
   const auto refused = [](const BundleOptions& options) {
     BundleProblem problem;

@@ -107,7 +107,7 @@ Json describe(const RunFolder& run) {
   return json;
 }
 
-// Only the part of the reference in the time of the estimates, with a second at either end.
+// Only the part of the reference in the time of the estimates.
 Trajectory crop(const Trajectory& reference, const std::vector<NamedTrajectory>& estimates) {
   Timestamp first = estimates[0].trajectory.front().time;
   Timestamp last = estimates[0].trajectory.back().time;
@@ -116,11 +116,9 @@ Trajectory crop(const Trajectory& reference, const std::vector<NamedTrajectory>&
     last = std::max(last, estimate.trajectory.back().time);
   }
   Trajectory cropped;
-  std::copy_if(reference.begin(), reference.end(), std::back_inserter(cropped),
-               [&](const StampedPose& stamped) {
-                 return stamped.time >= first - kNanosecondsPerSecond &&
-                        stamped.time <= last + kNanosecondsPerSecond;
-               });
+  std::copy_if(
+      reference.begin(), reference.end(), std::back_inserter(cropped),
+      [&](const StampedPose& stamped) { return stamped.time >= first && stamped.time <= last; });
   return cropped;
 }
 

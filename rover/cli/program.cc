@@ -31,7 +31,9 @@ int fail(int status, const std::string& message) {
 int parse_and_run(CLI::App& program, int argc, const char* const* argv) {
   try {
     program.parse(argc, argv);
-    return 0;
+    // Not by require_subcommand, which would hide the name of an unknown one.
+    if (!program.get_subcommands().empty()) return 0;
+    return fail(kUserError, "a subcommand is required; see rover --help");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     return fail(kUserError, fmt::format("{}; see rover --help", error.what()));
@@ -44,7 +46,6 @@ int run_program(int argc, const char* const* argv) {
   try {
     CLI::App program("Visual and visual-inertial SLAM on learned features", "rover");
     program.set_version_flag("--version", "rover " ROVER_VERSION);
-    program.require_subcommand(1);
     for (const auto add_command : kCommands) add_command(program);
     return parse_and_run(program, argc, argv);
   } catch (const InputError& error) {

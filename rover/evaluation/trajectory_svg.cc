@@ -47,10 +47,9 @@ std::string escape(const std::string& text) {
   return escaped;
 }
 
-// A length of 1, 2 or 5 times a power of ten: about a sixth of the extent, so that a view has some
-// six grid lines.
+// A length of 1, 2 or 5 times a power of ten, so that a view has five to ten grid lines.
 double grid_step(double extent) {
-  const double raw = std::max(extent, 1e-9) / 6;
+  const double raw = std::max(extent, 1e-9) / 10;
   const double power = std::pow(10, std::floor(std::log10(raw)));
   for (const double factor : {1.0, 2.0, 5.0}) {
     if (raw <= factor * power) return factor * power;

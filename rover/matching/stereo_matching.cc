@@ -25,8 +25,8 @@ void StereoMatchingOptions::check() const {
 
 namespace {
 
-// px per axis, of a right feature that could not be aligned with the left image: half of these
-// lie at occlusions, where the two detections are not of one point (docs/matching.md).
+// px per axis, of a right feature that could not be aligned with the left image: these lie about a
+// pixel off their epipolar lines (docs/matching.md).
 constexpr float kUnalignedSigma = 1.0f;
 
 // Mutually most similar candidates; -1 for left features without partner.
@@ -139,12 +139,12 @@ class PairMaker {
 
   std::optional<StereoMatch> make(int i, int j) const {
     const ObservedRay& ray = search_.left_ray(i);
-    StereoMatch match{i,
-                      j,
-                      right_.positions[j],
-                      std::hypot(left_.sigmas[i], right_.sigmas[j]),
-                      Eigen::Vector3d::Zero(),
-                      0};
+    const float sigma = std::hypot(left_.sigmas[i], right_.sigmas[j]);
+    StereoMatch match;
+    match.left = i;
+    match.right = j;
+    match.position = right_.positions[j];
+    match.sigma = options_.refine ? std::max(sigma, kUnalignedSigma) : sigma;
     auto sighting = triangulation_.triangulate(ray.direction, match.position.cast<double>());
     if (!sighting) return std::nullopt;
     if (options_.refine && refine(ray, *sighting, match)) {

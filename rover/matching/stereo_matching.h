@@ -15,7 +15,7 @@ struct StereoMatch {
   int left = -1;
   int right = -1;            // the right feature, or -1 when found in the image alone
   Eigen::Vector2f position;  // px in the raw right image, refined
-  float sigma = 1;           // px, of that position
+  float sigma = 1;           // px, of that position; at least 1 where refinement failed
   Eigen::Vector3d point;     // triangulated, m, frame of the left camera
   float depth_sigma = 0;     // m, standard deviation of the point's distance
 };

@@ -7,19 +7,21 @@ void DetectionOptions::check() const {
   selection.check();
 }
 
-FeatureSet detect(const ScoreMap& scores, const DetectionOptions& options,
-                  const ExtractionRequest& request, ThreadPool& pool, std::vector<float>& scratch,
-                  const std::function<Located(const Candidate&)>& locate) {
+FeatureSet detect(const ScoreMap& map, const DetectionOptions& options,
+                  const ExtractionRequest& request, const Judgement& judgement, ThreadPool& pool,
+                  std::vector<float>& scratch) {
   auto candidates =
-      find_local_maxima(scores, options.maxima, request.mask, options.loops(), pool, scratch);
+      find_local_maxima(map, options.maxima, request.mask, options.loops(), pool, scratch);
+  for (auto& candidate : candidates) candidate.score = judgement.score(candidate);
   const auto selection =
       select_candidates(std::move(candidates), request, options.selection, options.maxima.radius);
   FeatureSet features;
-  features.image_size = {scores.width, scores.height};
+  features.image_size = {map.width, map.height};
   features.threshold = selection.threshold;
   features.candidates = selection.candidates;
   for (const auto& candidate : selection.chosen) {
-    const Located located = locate(candidate);
+    const Located located =
+        judgement.locate({candidate.x, candidate.y, *map.at(candidate.x, candidate.y)});
     features.positions.push_back(located.position);
     features.scores.push_back(candidate.score);
     features.sigmas.push_back(located.sigma);

@@ -26,10 +26,16 @@ struct Located {
   float sigma;
 };
 
-// Features of a score map of the image's size, all but their descriptors: maxima, selection, then
-// `locate` for each that was chosen. `scratch` may be kept between calls.
-FeatureSet detect(const ScoreMap& scores, const DetectionOptions& options,
-                  const ExtractionRequest& request, ThreadPool& pool, std::vector<float>& scratch,
-                  const std::function<Located(const Candidate&)>& locate);
+// What an extractor does to the maxima of its map.
+struct Judgement {
+  std::function<float(const Candidate&)> score;     // by which they are chosen
+  std::function<Located(const Candidate&)> locate;  // each that was chosen; sees the map's value
+};
+
+// Features of a score map of the image's size, all but their descriptors: maxima, scores,
+// selection, positions. `scratch` may be kept between calls.
+FeatureSet detect(const ScoreMap& map, const DetectionOptions& options,
+                  const ExtractionRequest& request, const Judgement& judgement, ThreadPool& pool,
+                  std::vector<float>& scratch);
 
 }  // namespace rover

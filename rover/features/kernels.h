@@ -58,11 +58,6 @@ struct Kernels {
   // 8 width. `scratch`: 66 width.
   void (*softmax_cells)(const float* logits, int width, int height, int begin, int end, float* heat,
                         float* scratch);
-
-  // Rows [begin, end) of values *= the coarse map, bilinearly enlarged to its whole width. `stride`
-  // of the values, in floats, is at least eight times the map's width.
-  void (*multiply_rows)(const CoarseMap& weight, int begin, int end, int stride, float* values,
-                        float* scratch);
 };
 
 int corner_scratch_size(int width);

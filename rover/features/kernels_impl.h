@@ -284,22 +284,10 @@ void softmax_cells(const float* logits, int width, int height, int begin, int en
   }
 }
 
-void multiply_rows(const CoarseMap& weight, int begin, int end, int stride, float* values,
-                   float* scratch) {
-  const int width = 8 * weight.width;
-  float *coarse = scratch + kPad, *row = coarse + weight.width + 2 * kPad;
-  for (int y = begin; y < end; ++y) {
-    enlarge_row(weight, y, width, coarse, row);
-    float* __restrict out = values + static_cast<std::ptrdiff_t>(y) * stride;
-    for (int x = 0; x < width; ++x) out[x] *= row[x];
-  }
-}
-
 }  // namespace
 
 extern const Kernels ROVER_KERNELS;
-const Kernels ROVER_KERNELS = {corner_response, row_maximum,     find_maxima,
-                               to_float,        normalize_cells, blend,
-                               normalize,       softmax_cells,   multiply_rows};
+const Kernels ROVER_KERNELS = {corner_response, row_maximum, find_maxima, to_float,
+                               normalize_cells, blend,       normalize,   softmax_cells};
 
 }  // namespace rover::kernels

@@ -19,8 +19,9 @@ FeatureSet NetworkExtractor::extract(const cv::Mat& image, const ExtractionReque
       network_input(image, 1.0f / 255, origin(image.size()), loops(), *pool_, workspace->input);
   const Outputs outputs = network_->run({&input, 1});
   const ScoreMap map = scores(image, outputs, workspace->scores);
-  FeatureSet features = detect(map, options_, request, *pool_, workspace->row_maxima,
-                               [&](const Candidate& c) { return locate(map, c); });
+  const Judgement judgement{[&](const Candidate& c) { return score(outputs, c); },
+                            [&](const Candidate& c) { return locate(map, c); }};
+  FeatureSet features = detect(map, options_, request, judgement, *pool_, workspace->row_maxima);
   features.descriptors = describe(outputs, features, *workspace);
   return features;
 }

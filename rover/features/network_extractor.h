@@ -12,8 +12,8 @@
 
 namespace rover {
 
-// An extractor around one network. What differs is how scores are made from its outputs, how a
-// maximum is refined, and how descriptors are sampled.
+// An extractor around one network. What differs is how a map of scores is made from its outputs,
+// how a maximum is judged and refined, and how descriptors are sampled.
 class NetworkExtractor : public Extractor {
  public:
   FeatureSet extract(const cv::Mat& image, const ExtractionRequest& request) const final;
@@ -34,6 +34,8 @@ class NetworkExtractor : public Extractor {
   virtual cv::Point origin(cv::Size) const { return {0, 0}; }
   virtual ScoreMap scores(const cv::Mat& image, const Outputs& outputs,
                           std::vector<float>& memory) const = 0;
+  // By which a maximum of the map is judged; the map's value unless a network says more.
+  virtual float score(const Outputs&, const Candidate& candidate) const { return candidate.score; }
   virtual Located locate(const ScoreMap& scores, const Candidate& candidate) const = 0;
   virtual Descriptors describe(const Outputs& outputs, const FeatureSet& features,
                                Workspace& workspace) const = 0;

@@ -1,5 +1,7 @@
 #include "rover/features/xfeat_extractor.h"
 
+#include <algorithm>
+
 #include "rover/features/heatmap.h"
 #include "rover/features/network_extractor.h"
 
@@ -7,6 +9,19 @@ namespace rover {
 namespace {
 
 constexpr float kSigma = 0.5f;  // px, measured: docs/features.md
+
+// Bilinear between the centres (8 i + 3.5) of the cells, clamped to the outermost ones.
+float sample_coarse(const float* map, int width, int height, int x, int y) {
+  const auto at = [](int pixel, int count) {
+    return std::clamp((static_cast<float>(pixel) - 3.5f) / 8, 0.0f, static_cast<float>(count - 1));
+  };
+  const float u = at(x, width), v = at(y, height);
+  const int i = static_cast<int>(u), j = static_cast<int>(v);
+  const int right = std::min(i + 1, width - 1), below = std::min(j + 1, height - 1);
+  const float s = u - static_cast<float>(i), t = v - static_cast<float>(j);
+  return (1 - t) * ((1 - s) * map[j * width + i] + s * map[j * width + right]) +
+         t * ((1 - s) * map[below * width + i] + s * map[below * width + right]);
+}
 
 class XFeatExtractor final : public NetworkExtractor {
  public:
@@ -21,18 +36,14 @@ class XFeatExtractor final : public NetworkExtractor {
  private:
   ScoreMap scores(const cv::Mat& image, const Outputs& outputs,
                   std::vector<float>& memory) const override {
-    const auto heat = softmax_heatmap(outputs[logits_], image.size(), loops(), pool(), memory);
+    return softmax_heatmap(outputs[logits_], image.size(), loops(), pool(), memory);
+  }
+
+  float score(const Outputs& outputs, const Candidate& candidate) const override {
     const auto& map = outputs[reliability_];
-    const kernels::CoarseMap weight{map.values.data(), static_cast<int>(map.shape[3]),
-                                    static_cast<int>(map.shape[2])};
-    pool().parallel_for(
-        static_cast<std::size_t>(heat.height), [&](std::size_t begin, std::size_t end) {
-          std::vector<float> scratch(
-              static_cast<std::size_t>(kernels::corner_scratch_size(heat.stride)));
-          loops().multiply_rows(weight, static_cast<int>(begin), static_cast<int>(end), heat.stride,
-                                memory.data(), scratch.data());
-        });
-    return heat;
+    return candidate.score * sample_coarse(map.values.data(), static_cast<int>(map.shape[3]),
+                                           static_cast<int>(map.shape[2]), candidate.x,
+                                           candidate.y);
   }
 
   Located locate(const ScoreMap& scores, const Candidate& candidate) const override {

@@ -140,7 +140,8 @@ TEST(Network, GivesTheReferenceValues) {
   SKIP_WITHOUT_MODEL(runtime, "xfeat_keypoints.onnx");
   const auto network = runtime.load("xfeat_keypoints.onnx");
   ASSERT_EQ(network->input_names(), std::vector<std::string>{"image"});
-  const auto image = reference("image");
+  auto image = reference("image");
+  for (float& gray : image) gray /= 255;
   const TensorView input{image, {1, 1, 96, 128}};
   const auto outputs = network->run({&input, 1});
   ASSERT_EQ(outputs.size(), network->output_names().size());

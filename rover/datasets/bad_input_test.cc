@@ -1,11 +1,8 @@
 // Every kind of broken dataset: an error that names what is wrong, or a counted omission; never a
 // crash.
-#include <functional>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "rover/base/random.h"
 #include "rover/datasets/dataset.h"
 #include "rover/datasets/test_folder.h"
 #include "rover/datasets/test_sequences.h"
@@ -244,76 +241,6 @@ TEST_F(BadInput, VideoIsNone) {
   folder_.write("camera.yaml", camera_yaml(64, 48));
   options_.calibration = folder_ / "camera.yaml";
   EXPECT_THAT(error(), HasSubstr("decoded"));
-}
-
-// Replaced, removed or repeated bytes.
-std::string damage(std::string text, Random& random) {
-  const int changes = 1 + random.index(4);
-  for (int i = 0; i < changes && !text.empty(); ++i) {
-    const auto at = static_cast<std::size_t>(random.index(static_cast<int>(text.size())));
-    const auto length = static_cast<std::size_t>(random.index(8));
-    switch (random.index(4)) {
-      case 0:
-        text[at] = static_cast<char>(random.index(256));
-        break;
-      case 1:
-        text.erase(at, length);
-        break;
-      case 2:
-        text.insert(at, text.substr(at, length));
-        break;
-      default:
-        text.resize(at);
-    }
-  }
-  return text;
-}
-
-TEST_F(BadInput, RandomDamageIsAnErrorOrLeftOut) {
-  write_euroc(folder_);
-  options_.stereo = options_.inertial = true;
-  options_.read_ahead = 0;
-  const std::vector<std::string> files = {"mav0/cam0/data.csv",
-                                          "mav0/cam1/data.csv",
-                                          "mav0/imu0/data.csv",
-                                          "mav0/cam0/sensor.yaml",
-                                          "mav0/imu0/sensor.yaml",
-                                          image(0),
-                                          "mav0/state_groundtruth_estimate0/data.csv"};
-  Random random(3);
-  int opened = 0, refused = 0;
-  for (int round = 0; round < 300; ++round) {
-    const auto& file = files[static_cast<std::size_t>(round) % files.size()];
-    const std::string whole = folder_.read(file);
-    folder_.write(file, damage(whole, random));
-    try {
-      opened += frames().size() <= 5;
-    } catch (const InputError&) {
-      ++refused;
-    }
-    folder_.write(file, whole);
-  }
-  EXPECT_EQ(opened + refused, 300);
-  EXPECT_GT(opened, 50);
-  EXPECT_GT(refused, 10);
-}
-
-TEST_F(BadInput, DamagedJpegIsAnErrorOrDecoded) {
-  const TestFolder pictures;
-  pictures.write_image("a.jpg", 64, 48);
-  const std::string whole = pictures.read("a.jpg");
-  folder_.write("camera.yaml", camera_yaml(64, 48));
-  Random random(4);
-  folder_.write("images/1000.jpg", whole);
-  for (int i = 0; i < 200; ++i) {
-    folder_.write(fmt::format("images/{}.jpg", i), damage(whole, random));
-  }
-  options_.path = folder_ / "images";
-  options_.calibration = folder_ / "camera.yaml";
-  const auto all = frames();
-  ASSERT_THAT(all, SizeIs(201));
-  for (const SensorFrame& frame : all) EXPECT_NE(frame.usable(), !frame.problems[0].empty());
-  EXPECT_TRUE(all.back().usable());
 }
 
 }  // namespace

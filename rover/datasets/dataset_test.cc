@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/videoio.hpp>
 
 #include "rover/datasets/test_folder.h"
 #include "rover/datasets/test_sequences.h"
@@ -206,6 +207,30 @@ TEST(Folder, NeedsACalibration) {
   TestFolder folder;
   folder.write_image("1.png", 64, 48);
   EXPECT_THAT(error_of(options_for(folder)), HasSubstr("--calibration"));
+}
+
+TEST(Video, IsReadAtItsOwnRateOrTheGivenOne) {
+  TestFolder folder;
+  folder.write("camera.yaml", camera_yaml(64, 48));
+  const auto file = folder / "clip.avi";
+  {
+    cv::VideoWriter writer(file.string(), cv::CAP_OPENCV_MJPEG,
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, cv::Size(64, 48));
+    for (int i = 0; i < 4; ++i) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(60 * i)));
+  }
+  DatasetOptions options;
+  options.path = file;
+  options.calibration = folder / "camera.yaml";
+  const auto frames = read_all(*open_dataset(options));
+  ASSERT_THAT(frames, SizeIs(4));
+  EXPECT_EQ(frames[3].time, 120'000'000);
+  EXPECT_EQ(frames[3].images[0].type(), CV_8UC1);
+  EXPECT_NEAR(frames[3].images[0].at<unsigned char>(24, 32), 180, 6);
+  EXPECT_NEAR(frames[1].images[0].at<unsigned char>(24, 32), 60, 6);  // pixels are its own
+  options.frame_rate = 10;
+  EXPECT_EQ(read_all(*open_dataset(options))[3].time, 300'000'000);
+  folder.write("camera.yaml", camera_yaml(32, 48));
+  EXPECT_THAT(error_of(options), HasSubstr("64x48"));
 }
 
 TEST(Dataset, RebasesTheRigToCameraZero) {

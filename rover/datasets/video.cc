@@ -70,7 +70,8 @@ class VideoDataset : public Dataset {
 cv::VideoCapture open_capture(const std::filesystem::path& file) {
   cv::VideoCapture capture;
   try {
-    capture.open(file.string());
+    // Other backends print errors of their own for what is no video, and leak.
+    capture.open(file.string(), cv::CAP_FFMPEG);
   } catch (const cv::Exception&) {
     capture.release();
   }

@@ -263,7 +263,7 @@ TEST(XFeatCorner, TakesMoreWhenTheTrackerIsInNeed) {
   EXPECT_LT(lost.threshold, tracked.threshold);
 }
 
-// The original PyTorch XFeat on the same picture (which it saw in colour, and sampled bicubically).
+// The original PyTorch XFeat on the same picture (whose descriptors are sampled bicubically).
 TEST(XFeat, GivesTheKeypointsOfTheOriginal) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(ROVER_SOURCE_DIR) / "../shared/models/reference";
@@ -283,7 +283,10 @@ TEST(XFeat, GivesTheKeypointsOfTheOriginal) {
   };
   const auto keypoints = read("n4m_xfeat_keypoints.npy", 3);
   const auto descriptors = read("n4m_xfeat_descriptors.npy", 64);
-  const cv::Mat image = cv::imread((folder / "n4m_test_image.png").string(), cv::IMREAD_GRAYSCALE);
+  // XFeat averages the channels; OpenCV's own gray weighs them otherwise.
+  const cv::Mat colour = cv::imread((folder / "n4m_test_image.png").string());
+  cv::Mat image;
+  cv::transform(colour, image, cv::Matx13f(1.0f / 3, 1.0f / 3, 1.0f / 3));
   ExtractionRequest request;
   request.budget = 500;
   const auto features = extractor->extract(image, request);

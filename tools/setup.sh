@@ -281,7 +281,7 @@ superpoint_options() {
 models_key() {
   {
     cat "$root/tools/requirements.txt"
-    find "$root/tools" -name '*.py' -print0 | sort -z | xargs -0 cat
+    find "$root/tools" -name '*.py' ! -name '*_test.py' -print0 | sort -z | xargs -0 cat
     local option
     for option in "$@"; do
       [[ $option == --* ]] || stat -c '%n %s %Y' "$option"

@@ -2,7 +2,7 @@
 // degrees and 0.4 to 2 m apart. Prints one Markdown row per family and matcher:
 //
 //   rover_wide_baseline_bench [--families NAME...] [--budget 600] [--pairs 90] [--radius PX]
-//                             [--layers N...] [--threads 2]
+//                             [--layers N...] [--min-similarity S] [--threads 2]
 //
 //   matches    per pair, mean
 //   precision  share of all matches whose ground-truth epipolar distance is below 3 px
@@ -37,7 +37,8 @@ struct Options {
   std::vector<std::string> families = {"xfeat-corner", "xfeat", "orb"};
   int budget = 600, pairs = 90, threads = 2;
   std::optional<int> radius;
-  std::vector<int> layers;  // of LightGlue, each on its own row with early exit off
+  float min_similarity = 0;  // of mutual nearest neighbours
+  std::vector<int> layers;   // of LightGlue, each on its own row with early exit off
 };
 
 struct Tally {
@@ -158,7 +159,8 @@ void measure_family(const std::string& name, Runtime& runtime, const Options& op
   extractor.adaptive_threshold = false;  // every image gives its budget
   bench.extract(*make_extractor(name, runtime, extractor));
   if (name != "orb") {
-    bench.row(name + ", mutual nearest neighbour", MutualNearestNeighbourMatcher());
+    bench.row(name + ", mutual nearest neighbour",
+              MutualNearestNeighbourMatcher({options.min_similarity, 1.0f}));
   }
   bench.row(name + ", its matcher", *family.matcher);
   LightGlueOptions layered =
@@ -193,6 +195,7 @@ int main(int argc, char** argv) {
   app.add_option("--pairs", options.pairs);
   app.add_option("--radius", options.radius, "of the non-maximum suppression, px");
   app.add_option("--layers", options.layers);
+  app.add_option("--min-similarity", options.min_similarity, "of mutual nearest neighbours");
   app.add_option("--threads", options.threads);
   CLI11_PARSE(app, argc, argv);
   try {

@@ -53,8 +53,8 @@ std::shared_ptr<const Matcher> make_superpoint_matcher(Runtime& runtime) {
 constexpr FamilyEntry kFamilies[] = {
     {"xfeat-corner", make_lighterglue, {.min_similarity = 0.82f, .max_ratio = 0.9f}},
     {"xfeat", make_lighterglue, {.min_similarity = 0.82f, .max_ratio = 0.85f}},
-    {"aliked-t16", make_mutual, {.min_similarity = 0.5f, .max_ratio = 0.9f}},
-    {"aliked-n16", make_aliked_lightglue, {.min_similarity = 0.5f, .max_ratio = 0.9f}},
+    {"aliked-t16", make_mutual, {.min_similarity = 0.65f, .max_ratio = 0.9f}},
+    {"aliked-n16", make_aliked_lightglue, {.min_similarity = 0.65f, .max_ratio = 0.9f}},
     {"superpoint", make_superpoint_matcher, {.min_similarity = 0.75f, .max_ratio = 0.9f}},
     {"orb", make_mutual_with_ratio, {.min_similarity = 0.6f, .max_ratio = 0.9f}},
 };

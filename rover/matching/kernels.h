@@ -49,7 +49,7 @@ struct MatchingKernels {
 
   // Bilinear samples of the window whose upper left corner is (x + fraction_x, y + fraction_y),
   // `pixels` pointing at (x, y), minus `offset`, summed with the template's planes. Reads
-  // (window + 1)^2 pixels.
+  // kStride + 1 pixels of each of window + 1 rows, whatever the window.
   AlignmentSums (*align)(const std::uint8_t* pixels, std::ptrdiff_t stride, float fraction_x,
                          float fraction_y, float offset, const AlignmentTemplate& reference);
 };

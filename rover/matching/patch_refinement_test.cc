@@ -147,6 +147,17 @@ TEST(RefinePosition, RefusesTheBorderExtremeWarpsAndWhatIsNotANumber) {
   EXPECT_FALSE(refine_position(patch, image, {32, 32}, 0 * same, {}));
 }
 
+TEST(RefinePosition, WorksUpToTheBorder) {
+  const SmoothTexture texture(5, 6, 30, 30);
+  const Eigen::Vector2d centre(57.6, 57.4);
+  const cv::Mat image = texture.render(
+      kImage, [&](const Eigen::Vector2d& p) { return Eigen::Vector2d(p - centre + kCentre); });
+  const auto found = refine_position(reference_patch(texture), image, {57.2f, 57.1f},
+                                     Eigen::Matrix2f::Identity(), {});
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->position.cast<double>() - centre).norm(), 0.05);
+}
+
 TEST(RefinePosition, StaysWithinMaxShift) {
   const SmoothTexture texture(4, 12, 40);
   const cv::Mat image = texture.render(

@@ -52,12 +52,30 @@ void extraction(benchmark::State& state, const std::string& family) {
   const cv::Mat image = textured_image();
   for (auto _ : state) benchmark::DoNotOptimize(extractor->extract(image, request_800()));
 }
-BENCHMARK_CAPTURE(extraction, xfeat_corner, "xfeat-corner")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, xfeat, "xfeat")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, aliked_t16, "aliked-t16")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, aliked_n16, "aliked-n16")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, superpoint, "superpoint")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, orb, "orb")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, xfeat_corner, "xfeat-corner")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, xfeat, "xfeat")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, aliked_t16, "aliked-t16")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, aliked_n16, "aliked-n16")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, superpoint, "superpoint")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(extraction, orb, "orb")
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 void xfeat_network(benchmark::State& state) {
   const auto network = runtime().load("xfeat.onnx");
@@ -66,7 +84,7 @@ void xfeat_network(benchmark::State& state) {
                                    *runtime().thread_pool(), memory);
   for (auto _ : state) benchmark::DoNotOptimize(network->run({&input, 1}));
 }
-BENCHMARK(xfeat_network)->Unit(benchmark::kMillisecond);
+BENCHMARK(xfeat_network)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
 
 // Maps as the network would give them, and the response they lead to.
 struct Maps {

@@ -17,7 +17,7 @@ constexpr int kBits = 256;
 constexpr float kElement = 1.0f / 16;  // 256 of them make a unit vector
 constexpr int kBorder = 31;            // px: patch of the descriptor, turned any way
 constexpr int kSelectionRadius = 0;    // levels overlap on purpose: no suppression across them
-constexpr float kSigma = 0.25f;        // px at the finest level, see docs/features.md
+constexpr float kSigma = 0.22f;        // px at the finest level, see docs/features.md
 
 void unpack_bits(const std::uint8_t* bytes, float* out) {
   for (int i = 0; i < kBits; ++i) {

@@ -6,7 +6,7 @@
 namespace rover {
 namespace {
 
-constexpr float kSigma = 0.27f;  // px, measured: docs/features.md
+constexpr float kSigma = 0.25f;  // px, measured: docs/features.md
 
 class SuperPointExtractor final : public NetworkExtractor {
  public:

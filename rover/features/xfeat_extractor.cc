@@ -8,7 +8,7 @@
 namespace rover {
 namespace {
 
-constexpr float kSigma = 0.5f;  // px, measured: docs/features.md
+constexpr float kSigma = 0.42f;  // px, measured: docs/features.md
 
 // Bilinear between the centres (8 i + 3.5) of the cells, clamped to the outermost ones.
 float sample_coarse(const float* map, int width, int height, int x, int y) {

@@ -44,6 +44,12 @@ def _bilinear(image, x, y):
     return total
 
 
+def _cosines(one, other):
+    """Of the vectors along the channels of [1, C, h, w]."""
+    one, other = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in (one, other))
+    return (one * other).sum(1)
+
+
 class _Case(unittest.TestCase):
     def model(self, name, family=None):
         if not (_MODELS / f"{family or name}.json").exists():
@@ -67,6 +73,32 @@ class XFeat(_Case):
         for name in ("xfeat", "xfeat_keypoints"):
             for output, value in _run(self.model(name, "xfeat"), image=image).items():
                 self.close(f"{name} {output}", value, self.reference[f"xfeat.{output}"], 1e-4)
+
+    def agreement(self, what, image):
+        """How far 8 bits are from floats: cosine of the cells' descriptors, reliability."""
+        floats, int8 = (_run(self.model(name, "xfeat"), image=image)
+                        for name in ("xfeat", "xfeat_int8"))
+        cosines = _cosines(floats["descriptors"], int8["descriptors"])
+        difference = np.abs(floats["reliability"] - int8["reliability"])
+        print(f"xfeat_int8 {what}: cosine {cosines.mean():.4f}, least {cosines.min():.3f}; "
+              f"reliability differs by {difference.mean():.4f}, at most {difference.max():.3f}")
+        self.assertGreater(cosines.mean(), 0.995)
+        self.assertGreater(np.quantile(cosines, 0.01), 0.97)
+        self.assertLess(difference.mean(), 0.03)
+
+    def test_int8(self):
+        image = self.reference["image"][None, None] / 255
+        self.agreement("formula", image)
+        self.agreement("dark", np.round(image * 25) / 255)
+        self.agreement("pale", np.round(200 + image * 25) / 255)
+        self.agreement("wide", np.concatenate([image] * 3, 3)[:, :, :64])
+        self.agreement("one cell of each size", np.ascontiguousarray(image[:, :, :32, :32]))
+
+    def test_int8_scale_of_the_input_does_not_matter(self):
+        image = self.reference["image"][None, None]
+        one, other = (_run(self.model("xfeat_int8", "xfeat"), image=image * scale)["descriptors"]
+                      for scale in (1, 1 / 255))
+        self.assertGreater(_cosines(one, other).mean(), 0.999)
 
     def test_scale_of_the_input_does_not_matter(self):
         image = self.reference["image"][None, None]

@@ -10,6 +10,7 @@ from .lightglue import build_assignment, build_input, build_layer, renamed, shap
 from .packages import LIGHTGLUE_PACKAGE, XFEAT_PACKAGE
 from .superpoint import build_superpoint
 from .xfeat import build_xfeat
+from .xfeat_int8 import build_xfeat_int8
 
 _APACHE = "Apache-2.0"
 _BSD = "BSD-3-Clause"
@@ -28,7 +29,8 @@ class Family:
 def _xfeat(state):
     facts = {"kind": "extractor", "licence": _APACHE, "descriptor_dim": 64, "cell": 8,
              "size_multiple": 32, "input_scale": 1.0 / 255}
-    return {"xfeat": build_xfeat(state, False), "xfeat_keypoints": build_xfeat(state, True)}, facts
+    return {"xfeat": build_xfeat(state, False), "xfeat_int8": build_xfeat_int8(state),
+            "xfeat_keypoints": build_xfeat(state, True)}, facts
 
 
 def _superpoint(state):

@@ -39,6 +39,12 @@ class Graph:
         self._weights.append(numpy_helper.from_array(np.ascontiguousarray(array, dtype), name))
         return name
 
+    def scalar(self, value, dtype=np.float32):
+        """Stores a constant without dimensions, as the operators on codes want scales."""
+        name = self._fresh("w")
+        self._weights.append(numpy_helper.from_array(np.array(value, dtype), name))
+        return name
+
     def ints(self, *values):
         """Stores a constant vector of int64, as shapes and axes want them."""
         return self.weight(np.array(values), np.int64)

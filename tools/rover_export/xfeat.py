@@ -8,13 +8,20 @@ from .packing import Packing, pack
 _BATCH_NORM_EPSILON = 1e-5
 _INSTANCE_NORM_EPSILON = 1e-5
 # Block 1 works on 2x2 pixels, then on pairs of half-size pixels: 16 channels each time.
-_FULL, _PAIRS = Packing(2, 2), Packing(1, 2)
+FULL, PAIRS = Packing(2, 2), Packing(1, 2)
 
 
-class _XFeat:
+class XFeat:
+    """Builds the graph part by part; `values` names the activations that quantising looks at."""
+
     def __init__(self, state, name):
         self._state = state
         self.graph = Graph(name)
+        self.values = {}
+
+    def _noted(self, layer, value):
+        self.values[layer] = value
+        return value
 
     def _folded(self, layer):
         """Weight and bias of a convolution with the BatchNorm behind it folded in."""
@@ -24,7 +31,7 @@ class _XFeat:
 
     def _basic(self, x, layer, stride=1):
         weight, bias = self._folded(layer)
-        return self.graph.conv(x, weight, bias, stride, relu=True)
+        return self._noted(layer, self.graph.conv(x, weight, bias, stride, relu=True))
 
     def _chain(self, x, block, count, first_stride=1):
         for index in range(count):
@@ -36,7 +43,8 @@ class _XFeat:
 
     def _packed(self, x, layer, stride, source, target):
         conv = pack(*self._folded(layer), stride, source, target)
-        return self.graph.conv(x, conv.weight, conv.bias, conv.stride, conv.pads, relu=True)
+        return self._noted(layer, self.graph.conv(x, conv.weight, conv.bias, conv.stride, conv.pads,
+                                                  relu=True))
 
     def normalised(self, image):
         """Mean 0, variance 1 over the image."""
@@ -46,14 +54,18 @@ class _XFeat:
 
     def _stem(self, image):
         """Block 1 and its shortcut: 24 channels at a quarter of the size."""
-        x = self._packed(image, "block1.0", 1, Packing(), _FULL)
-        x = self._packed(x, "block1.1", 2, _FULL, _PAIRS)
-        x = self._packed(x, "block1.2", 1, _PAIRS, _PAIRS)
-        x = self._packed(x, "block1.3", 2, _PAIRS, Packing())
-        # Average pooling over 4x4 and a 1x1 convolution are one convolution of stride 4.
-        shortcut = np.repeat(np.repeat(self._state["skip1.1.weight"] / 16, 4, 2), 4, 3)
-        y = self.graph.conv(image, shortcut, self._state["skip1.1.bias"], 4, [0] * 4)
-        return self.graph.node("Add", x, y)
+        x = self._packed(image, "block1.0", 1, Packing(), FULL)
+        x = self._packed(x, "block1.1", 2, FULL, PAIRS)
+        x = self._packed(x, "block1.2", 1, PAIRS, PAIRS)
+        x = self._packed(x, "block1.3", 2, PAIRS, Packing())
+        y = self._noted("shortcut", self._shortcut(image, np.ones(24)))
+        return self._noted("stem", self.graph.node("Add", x, y))
+
+    def _shortcut(self, image, unit):
+        """Average pooling over 4x4 and a 1x1 convolution, as one convolution of stride 4."""
+        weight = np.repeat(np.repeat(self._state["skip1.1.weight"] / 16, 4, 2), 4, 3)
+        return self.graph.conv(image, weight / unit[:, None, None, None],
+                               self._state["skip1.1.bias"] / unit, 4, [0] * 4)
 
     def _enlarged(self, x, factor):
         scales = self.graph.weight([1, 1, factor, factor])
@@ -66,6 +78,7 @@ class _XFeat:
         x5 = self._chain(x4, "block5", 4, 2)
         x = self.graph.node("Add", self.graph.node("Add", x3, self._enlarged(x4, 2)),
                             self._enlarged(x5, 4))
+        self._noted("pyramid", x)
         return self._plain(self._chain(x, "block_fusion", 2), "block_fusion.2")
 
     def reliability(self, descriptors):
@@ -81,9 +94,8 @@ class _XFeat:
         return self._plain(x, "keypoint_head.3")
 
 
-def build_xfeat(state, with_keypoints):
-    """The ONNX model; `state` holds the network's tensors by their PyTorch names."""
-    network = _XFeat(state, "xfeat_keypoints" if with_keypoints else "xfeat")
+def finish(network, with_keypoints=False):
+    """The ONNX model of a network that has no nodes yet."""
     graph = network.graph
     image = network.normalised(graph.input("image", [1, 1, "height", "width"]))
     descriptors = network.descriptors(image)
@@ -94,3 +106,8 @@ def build_xfeat(state, with_keypoints):
         graph.output(network.keypoint_logits(image), "keypoint_logits",
                      [1, 65, "cell_rows", "cell_columns"])
     return graph.model()
+
+
+def build_xfeat(state, with_keypoints):
+    """The ONNX model; `state` holds the network's tensors by their PyTorch names."""
+    return finish(XFeat(state, "xfeat_keypoints" if with_keypoints else "xfeat"), with_keypoints)

@@ -37,6 +37,13 @@ Make map_based(Function make, DetectionOptions (*defaults)()) {
   };
 }
 
+std::unique_ptr<Extractor> make_xfeat_corner(Runtime& runtime, const ExtractorOptions& given) {
+  const auto make = [&](Runtime& of, const DetectionOptions& options) {
+    return make_xfeat_corner_extractor(of, options, given.precision);
+  };
+  return map_based(make, xfeat_corner_options)(runtime, given);
+}
+
 std::unique_ptr<Extractor> make_orb(Runtime&, const ExtractorOptions& given) {
   OrbOptions options;
   overlay(given, options.selection);
@@ -52,7 +59,7 @@ auto aliked(const std::string& name) {
 // One line registers an extractor.
 const std::map<std::string, Make>& makers() {
   static const std::map<std::string, Make> all = {
-      {"xfeat-corner", map_based(make_xfeat_corner_extractor, xfeat_corner_options)},
+      {"xfeat-corner", make_xfeat_corner},
       {"xfeat", map_based(make_xfeat_extractor, xfeat_options)},
       {"aliked-t16", map_based(aliked("aliked-t16"), aliked_options)},
       {"aliked-n16", map_based(aliked("aliked-n16"), aliked_options)},

@@ -8,6 +8,7 @@
 #include "rover/features/adaptive_threshold.h"
 #include "rover/features/extractor.h"
 #include "rover/features/kernels.h"
+#include "rover/features/xfeat_graph.h"
 #include "rover/networks/runtime.h"
 
 namespace rover {
@@ -19,7 +20,8 @@ struct ExtractorOptions {
   std::optional<float> mu1, mu2;    // see AdaptiveThresholdOptions
   std::optional<int> min_features;  // likewise
   bool adaptive_threshold = true;
-  const kernels::Kernels* kernels = nullptr;  // null: the best that this machine supports
+  Precision precision = Precision::kAutomatic;  // of xfeat-corner's network
+  const kernels::Kernels* kernels = nullptr;    // null: the best that this machine supports
 };
 
 // "xfeat-corner" (default), ...

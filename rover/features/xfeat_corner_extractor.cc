@@ -25,8 +25,8 @@ float position_sigma(const ScoreMap& scores, const Candidate& candidate) {
 
 class XFeatCornerExtractor final : public NetworkExtractor {
  public:
-  XFeatCornerExtractor(Runtime& runtime, const DetectionOptions& options)
-      : NetworkExtractor(runtime, "xfeat.onnx", options),
+  XFeatCornerExtractor(Runtime& runtime, const std::string& graph, const DetectionOptions& options)
+      : NetworkExtractor(runtime, graph, options),
         descriptors_(output("descriptors")),
         reliability_(output("reliability")) {}
 
@@ -72,8 +72,10 @@ DetectionOptions xfeat_corner_options() {
 }
 
 std::unique_ptr<Extractor> make_xfeat_corner_extractor(Runtime& runtime,
-                                                       const DetectionOptions& options) {
-  return std::make_unique<XFeatCornerExtractor>(runtime, options);
+                                                       const DetectionOptions& options,
+                                                       Precision precision) {
+  return std::make_unique<XFeatCornerExtractor>(
+      runtime, xfeat_graph(precision, runtime.options().device), options);
 }
 
 }  // namespace rover

@@ -4,6 +4,7 @@
 
 #include "rover/features/detection.h"
 #include "rover/features/extractor.h"
+#include "rover/features/xfeat_graph.h"
 #include "rover/networks/runtime.h"
 
 namespace rover {
@@ -18,6 +19,7 @@ DetectionOptions xfeat_corner_options();
 //
 // Sources: Shi and Tomasi, Good Features to Track, CVPR 1994; Potje et al., XFeat, CVPR 2024.
 std::unique_ptr<Extractor> make_xfeat_corner_extractor(Runtime& runtime,
-                                                       const DetectionOptions& options);
+                                                       const DetectionOptions& options,
+                                                       Precision precision = Precision::kAutomatic);
 
 }  // namespace rover

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include "rover/base/error.h"
-#include "rover/features/extractor_factory.h"
 #include "rover/matching/lightglue_matcher.h"
 #include "rover/matching/mutual_nearest_neighbour.h"
 
@@ -28,8 +27,11 @@ std::shared_ptr<const Matcher> make_aliked_lightglue(Runtime& runtime) {
   return std::make_shared<LightGlueMatcher>(runtime, lightglue_options("lightglue-aliked-n16"));
 }
 
+// The least similarity of ALIKED's and SuperPoint's pairs, measured over wide baselines
+// (docs/matching.md): without it half of the matches are wrong.
 std::shared_ptr<const Matcher> make_mutual(Runtime&) {
-  return std::make_shared<MutualNearestNeighbourMatcher>();
+  return std::make_shared<MutualNearestNeighbourMatcher>(
+      MutualNearestNeighbourOptions{.min_similarity = 0.6f, .max_ratio = 1});
 }
 
 // Binary descriptors are only distinct by comparison. 0.9 of the distance is 0.81 of the bits.
@@ -67,12 +69,14 @@ std::vector<std::string> feature_family_names() {
   return names;
 }
 
-FeatureFamily make_feature_family(const std::string& name, Runtime& runtime) {
+FeatureFamily make_feature_family(const std::string& name, Runtime& runtime,
+                                  const ExtractorOptions& extraction) {
   const auto* entry = std::ranges::find_if(
       kFamilies, [&](const FamilyEntry& family) { return name == family.name; });
   require(entry != std::end(kFamilies), "unknown feature family '{}'; there are: {}", name,
           fmt::join(feature_family_names(), ", "));
-  return {name, make_extractor(name, runtime), entry->make_matcher(runtime), entry->guided};
+  return {name, make_extractor(name, runtime, extraction), entry->make_matcher(runtime),
+          entry->guided};
 }
 
 }  // namespace rover

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rover/features/extractor.h"
+#include "rover/features/extractor_factory.h"
 #include "rover/matching/guided_matching.h"
 #include "rover/matching/matcher.h"
 #include "rover/networks/runtime.h"
@@ -25,6 +26,7 @@ std::vector<std::string> feature_family_names();
 
 // Throws InputError for an unknown name or when a model file is missing (saying which, where it was
 // looked for and how to make it).
-FeatureFamily make_feature_family(const std::string& name, Runtime& runtime);
+FeatureFamily make_feature_family(const std::string& name, Runtime& runtime,
+                                  const ExtractorOptions& extraction = {});
 
 }  // namespace rover

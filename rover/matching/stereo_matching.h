@@ -13,7 +13,7 @@ namespace rover {
 // A left feature seen in the right image too.
 struct StereoMatch {
   int left = -1;
-  int right = -1;            // the right feature, or -1 when found in the image alone
+  int right = -1;            // the right feature
   Eigen::Vector2f position;  // px in the raw right image, refined
   float sigma = 1;           // px, of that position; at least 1 where refinement failed
   Eigen::Vector3d point;     // triangulated, m, frame of the left camera

@@ -29,7 +29,7 @@ MappingReport LocalMapper::process(SharedMap& map, KeyframeId keyframe,
   ++turn_;
   map.commit([&](Map& m) { report.culled_landmarks = cull_landmarks(m, keyframe); });
   timer.done("cull_landmarks");
-  report.triangulation = triangulate(map, keyframe);
+  report.triangulation = triangulate(map, keyframe, hurry);
   timer.done("triangulate");
   map.commit([&](Map& m) { report.fused = fuse_duplicates(m, keyframe); });
   timer.done("fuse");
@@ -74,11 +74,14 @@ bool LocalMapper::is_weak(const Map& map, const Landmark& landmark, int age) con
   return landmark.observations.size() < wanted;
 }
 
-TriangulationCounts LocalMapper::triangulate(SharedMap& shared, KeyframeId keyframe) {
+// In a hurry the best neighbour alone is matched.
+TriangulationCounts LocalMapper::triangulate(SharedMap& shared, KeyframeId keyframe,
+                                             const std::function<bool()>& hurry) {
   const auto view = shared.view();
   std::vector<NeighbourMatches> matched;
   const Frame& frame = view->at(keyframe).frame;
   for (const KeyframeId id : choose_neighbours(*view, keyframe, options_.creation)) {
+    if (!matched.empty() && hurry && hurry()) break;
     const Frame& neighbour = view->at(id).frame;
     matched.push_back({id, family_.matcher->match({*frame.features, &frame.image},
                                                   {*neighbour.features, &neighbour.image})});

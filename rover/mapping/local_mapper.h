@@ -42,8 +42,9 @@ class LocalMapper {
  public:
   LocalMapper(const FeatureFamily& family, const LocalMapperOptions& options);
 
-  // keyframe: committed to the map already. hurry, if set and true when asked, shortens the
-  // adjustment (realtime: more keyframes wait); triangulation is never skipped.
+  // keyframe: committed to the map already. hurry, if set and true when asked (realtime: more
+  // keyframes wait), shortens the adjustment and the list of neighbours; triangulation with the best
+  // neighbour is never skipped.
   MappingReport process(SharedMap& map, KeyframeId keyframe,
                         const std::function<bool()>& hurry = {});
 
@@ -54,7 +55,8 @@ class LocalMapper {
   };
   int cull_landmarks(Map& map, KeyframeId keyframe);
   bool is_weak(const Map& map, const Landmark& landmark, int age) const;
-  TriangulationCounts triangulate(SharedMap& map, KeyframeId keyframe);
+  TriangulationCounts triangulate(SharedMap& map, KeyframeId keyframe,
+                                  const std::function<bool()>& hurry);
   int fuse_duplicates(Map& map, KeyframeId keyframe) const;
   int fuse_into(Map& map, KeyframeId target, const std::vector<LandmarkId>& landmarks) const;
   void adjust_window(SharedMap& map, KeyframeId keyframe,

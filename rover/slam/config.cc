@@ -79,6 +79,11 @@ Fields fields_of(Config& c) {
                    {"threads", &c.runtime.threads},
                    {"mapping_queue", &c.mapping_queue},
                    {"features", &c.frame.features},
+                   {"extraction.adaptive", &c.extraction.adaptive},
+                   {"extraction.min_features", &c.extraction.min_features},
+                   {"extraction.mu1", &c.extraction.mu1},
+                   {"extraction.mu2", &c.extraction.mu2},
+                   {"extraction.radius", &c.extraction.radius},
                    {"model_sigma", &c.weighting.model_sigma},
                    {"refinement.half_window", &c.refinement.half_window},
                    {"refinement.max_iterations", &c.refinement.max_iterations},
@@ -176,7 +181,23 @@ Config::Config() {
   final_adjustment.second_iterations = 50;
 }
 
+void ExtractionConfig::check() const {
+  require(min_features >= 0, "extraction.min_features is {}; use 0 or more", min_features);
+  require(radius >= 0 && radius <= 50, "extraction.radius is {}; use 0 to 50 px", radius);
+}
+
+ExtractorOptions ExtractionConfig::options() const {
+  ExtractorOptions options;
+  options.adaptive_threshold = adaptive;
+  options.min_features = min_features;
+  options.mu1 = static_cast<float>(mu1);
+  options.mu2 = static_cast<float>(mu2);
+  if (radius > 0) options.radius = radius;
+  return options;
+}
+
 void Config::check() const {
+  extraction.check();
   runtime.check();
   require(mapping_queue > 0, "mapping_queue is {}; use 1 or more", mapping_queue);
   weighting.check();

@@ -13,6 +13,19 @@
 
 namespace rover {
 
+// How features are chosen; see features/adaptive_threshold.h and features/selection.h.
+struct ExtractionConfig {
+  bool adaptive = true;    // the paper's threshold; else the best up to the budget
+  int min_features = 500;  // this many best candidates pass, however high the threshold is;
+                           // for 640x480, other sizes in proportion (as `features`)
+  double mu1 = 0.25;       // standard deviations of the score
+  double mu2 = 0.02;       // per match of the last frame
+  int radius = 0;          // px, of the non-maximum suppression; 0: the family's own
+
+  void check() const;
+  ExtractorOptions options() const;
+};
+
 enum class Execution {
   kLockstep,    // mapping of a keyframe ends before the next frame is tracked: reproducible
   kConcurrent,  // mapping runs on a thread of its own
@@ -28,6 +41,7 @@ struct Config {
   int mapping_queue = 3;  // keyframes that may wait for mapping (concurrent)
   WeightingOptions weighting;         // used by all stages
   PatchRefinementOptions refinement;  // likewise
+  ExtractionConfig extraction;
   FrameBuilderOptions frame;
   TrackerOptions tracking;
   LocalMapperOptions mapping;

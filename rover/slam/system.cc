@@ -25,6 +25,16 @@ Rig cameras_for(const Rig& rig, Mode mode) {
   return used;
 }
 
+// The counts of features are meant for 640x480; other images get the same density, within limits.
+Config with_scaled_counts(Config config, const Camera& camera) {
+  constexpr double kReferenceArea = 640 * 480;
+  const double area = static_cast<double>(camera.width()) * camera.height();
+  const double scale = std::clamp(area / kReferenceArea, 0.5, 2.0);
+  config.frame.features = static_cast<int>(config.frame.features * scale);
+  config.extraction.min_features = static_cast<int>(config.extraction.min_features * scale);
+  return config;
+}
+
 void check_image(const cv::Mat& image, const Camera& camera, const char* name) {
   require(image.type() == CV_8UC1, "the {} image must be 8 bit with one channel", name);
   require(image.cols == camera.width() && image.rows == camera.height(),
@@ -42,14 +52,16 @@ class System::Implementation {
     check_rig(rig, mode);
     rig_ = std::make_shared<const Rig>(cameras_for(rig, mode));
     runtime_ = std::make_unique<Runtime>(config_.runtime);
-    family_ = make_feature_family(config_.family, *runtime_);
+    const Config scaled = with_scaled_counts(config_, rig_->cameras[0]);
+    family_ = make_feature_family(config_.family, *runtime_, scaled.extraction.options());
+    frame_options_ = scaled.frame;
     config_.distribute(family_.guided);
     reset();
   }
 
   void reset() {
     worker_.reset();
-    builder_ = std::make_unique<FrameBuilder>(rig_, family_, config_.frame, mask_);
+    builder_ = std::make_unique<FrameBuilder>(rig_, family_, frame_options_, mask_);
     atlas_ = std::make_shared<Atlas>(rig_);
     tracker_ =
         std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
@@ -150,6 +162,7 @@ class System::Implementation {
   }
 
   Config config_;
+  FrameBuilderOptions frame_options_;
   cv::Mat mask_;
   std::shared_ptr<const Rig> rig_;
   std::unique_ptr<Runtime> runtime_;

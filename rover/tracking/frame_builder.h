@@ -12,7 +12,7 @@
 namespace rover {
 
 struct FrameBuilderOptions {
-  int features = 800;  // per image
+  int features = 800;  // per image of 640x480 at most; other sizes in proportion
   StereoMatchingOptions stereo;
 
   void check() const;

@@ -13,7 +13,7 @@ namespace rover {
 // to be warped. Copied out of the image, so that images need not be kept.
 struct ReferencePatch {
   static constexpr int kSize = 25;  // px, odd; the centre sample is the (sub-pixel) feature
-  std::array<std::uint8_t, kSize * kSize> pixels{};
+  std::array<std::uint8_t, std::size_t{kSize} * kSize> pixels{};
 };
 
 // Cuts a patch centred at a sub-pixel position (bilinear). Nothing if it leaves the image.
@@ -23,7 +23,7 @@ struct PatchRefinementOptions {
   int half_window = 5;  // px: an 11x11 window of the patch is aligned
   int max_iterations = 10;
   float max_sigma = 1.0f;        // px: less certain results (edges, plain walls) are refused
-  float max_shift = 3.0f;        // px from the initial position; farther: not converged
+  float max_shift = 1.0f;        // px from the initial position; farther: not converged
   float min_step = 0.02f;        // px: the iteration stops below it
   float min_correlation = 0.8f;  // normalised cross-correlation at the end
   float min_sigma = 0.05f;       // px, floor of the reported uncertainty

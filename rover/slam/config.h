@@ -38,7 +38,7 @@ struct Config {
   std::uint64_t seed = 1;
   RuntimeOptions runtime;
   Execution execution = Execution::kLockstep;
-  int mapping_queue = 3;  // keyframes that may wait for mapping (concurrent)
+  int mapping_queue = 8;  // keyframes that may wait for mapping (concurrent)
   WeightingOptions weighting;         // used by all stages
   PatchRefinementOptions refinement;  // likewise
   ExtractionConfig extraction;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "rover/base/error.h"
+#include "rover/base/priority_gate.h"
 #include "rover/map/atlas.h"
 #include "rover/slam/mapping_worker.h"
 
@@ -65,7 +66,7 @@ class System::Implementation {
     atlas_ = std::make_shared<Atlas>(rig_);
     tracker_ =
         std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
-    worker_ = std::make_unique<MappingWorker>(LocalMapper(family_, config_.mapping),
+    worker_ = std::make_unique<MappingWorker>(LocalMapper(mapping_family(), config_.mapping),
                                               config_.execution, config_.mapping_queue);
     placed_.clear();
     next_frame_ = 0;
@@ -76,12 +77,7 @@ class System::Implementation {
     check_input(time, left, right);
     const FrameId id{next_frame_++};
     worker_->set_current_frame(id);
-    StageTimes times;
-    StageTimer timer(times);
-    Frame frame = builder_->build(id, time, left, right, tracker_->last_matches());
-    timer.done("features");
-    TrackingResult result = tracker_->track(std::move(frame));
-    result.times.insert(result.times.begin(), times.begin(), times.end());
+    const TrackingResult result = track(id, time, left, right);
     record(result);
     if (result.new_keyframe.valid()) {
       worker_->submit(tracker_->active_map(), result.new_keyframe, id);
@@ -156,6 +152,27 @@ class System::Implementation {
     last_time_ = time;
   }
 
+  TrackingResult track(FrameId id, Timestamp time, const cv::Mat& left, const cv::Mat& right) {
+    const PriorityGate::Hold hold(gate_);
+    StageTimes times;
+    StageTimer timer(times);
+    Frame frame = builder_->build(id, time, left, right, tracker_->last_matches());
+    timer.done("features");
+    TrackingResult result = tracker_->track(std::move(frame));
+    result.times.insert(result.times.begin(), times.begin(), times.end());
+    return result;
+  }
+
+  // Mapping on a thread of its own steps aside for tracking between the layers of the matcher.
+  FeatureFamily mapping_family() {
+    FeatureFamily family = family_;
+    if (config_.execution == Execution::kConcurrent) {
+      const auto pausing = family.matcher->with_pauses([this] { gate_.yield(); });
+      if (pausing) family.matcher = pausing;
+    }
+    return family;
+  }
+
   void record(const TrackingResult& result) {
     placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
     if (result.state == TrackingState::kOk) placed_.push_back(result.anchored);
@@ -167,6 +184,7 @@ class System::Implementation {
   std::shared_ptr<const Rig> rig_;
   std::unique_ptr<Runtime> runtime_;
   FeatureFamily family_;
+  PriorityGate gate_;
   std::unique_ptr<FrameBuilder> builder_;
   std::shared_ptr<Atlas> atlas_;
   std::unique_ptr<Tracker> tracker_;

@@ -54,7 +54,9 @@ bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOption
   if (evidence.inliers < options.min_inliers) return false;
   const bool needs_near = evidence.stereo && evidence.near_tracked < options.min_near &&
                           evidence.near_new > options.min_new_near;
-  if (needs_near || evidence.inliers < options.min_landmarks) return true;
+  const bool fading = evidence.inliers < options.min_landmarks &&
+                      evidence.inliers < 0.9 * evidence.reference_landmarks;
+  if (needs_near || fading) return true;
   if (evidence.frames_since_keyframe < options.min_gap) return false;
   return evidence.inliers < options.min_tracked_share * evidence.reference_landmarks ||
          evidence.parallax > options.max_parallax || evidence.rotation > options.max_rotation;

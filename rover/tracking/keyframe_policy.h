@@ -10,7 +10,8 @@ struct KeyframePolicyOptions {
   double max_parallax = 60;        // px, median motion of landmarks since the reference keyframe,
                                    // less what rotation explains; more: new keyframe
   double max_rotation = 20;        // deg since the reference keyframe
-  int min_landmarks = 60;          // tracked; fewer: new keyframe
+  int min_landmarks = 60;          // tracked; fewer, and fewer than the reference keyframe has: new
+                                   // keyframe at once
   int min_near = 100;              // stereo: fewer near landmarks tracked than this, while ...
   int min_new_near = 70;           // ... so many more are to be had: new keyframe
   int min_inliers = 15;            // fewer: no keyframe, the pose is not sure enough

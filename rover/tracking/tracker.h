@@ -29,7 +29,6 @@ struct TrackerOptions {
   double max_lost = 2.0;       // s after which a new map may be begun ...
   double max_lost_young = 0.3;  // ... when the map lost has less than 5 keyframes
   int min_stereo_points = 100;  // to begin a map from one stereo frame
-  int learned_features = 512;   // unused features beyond the best so many are not matched
   LandmarkSearchOptions search;
   PatchRefinementOptions refinement;
   PoseOptimizationOptions pose;
@@ -62,7 +61,7 @@ class Tracker {
   void rebase(const Map& map);
   SE3 predict(Timestamp time) const;
   bool match_to_last(const Map& map, const FeatureGrid& grid, Frame& frame);
-  bool match_by_motion(const Map& map, const FeatureGrid& grid, Frame& frame);
+  bool match_by_motion(const Map& map, const FeatureGrid& grid, double radius, Frame& frame);
   bool match_by_learning(const Map& map, Frame& frame);
   bool match_to_reference(const Map& map, Frame& frame);
   bool relocalize(const Map& map, Frame& frame);
@@ -76,7 +75,8 @@ class Tracker {
   bool place(const Map& map, Frame& frame);
   void accept(const Frame& frame, const Map& map, TrackingResult& result);
   void lose(const Frame& frame, TrackingResult& result);
-  std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, const Frame& frame) const;
+  std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, double radius,
+                                               const Frame& frame) const;
   AnchoredPose anchor(const Map& map, const Frame& frame, KeyframeId reference) const;
   LandmarkSearchOptions search_options(double radius) const;
   bool may_begin_map(const Map* map, Timestamp now) const;

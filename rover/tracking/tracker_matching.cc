@@ -24,15 +24,23 @@ LandmarkSearchOptions Tracker::search_options(double radius) const {
 }
 
 bool Tracker::match_to_last(const Map& map, const FeatureGrid& grid, Frame& frame) {
-  if (!options_.learned_tracking && match_by_motion(map, grid, frame)) return true;
+  constexpr double kWidening = 2.5;  // of the gate, before the learned matcher is asked
+  if (!options_.learned_tracking) {
+    const SE3 predicted = frame.world_from_body;
+    if (match_by_motion(map, grid, options_.motion_radius, frame)) return true;
+    clear_landmarks(frame);
+    frame.world_from_body = predicted;
+    if (match_by_motion(map, grid, kWidening * options_.motion_radius, frame)) return true;
+  }
   return match_by_learning(map, frame);
 }
 
 // The cheap question, where the prediction is good: each landmark of the last frame is looked for
 // around its projection.
-bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, Frame& frame) {
-  search_landmarks(map, landmarks_of(*last_), search_options(options_.motion_radius), grid, frame);
-  const auto temporary = search_temporary(grid, frame);
+bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, double radius,
+                              Frame& frame) {
+  search_landmarks(map, landmarks_of(*last_), search_options(radius), grid, frame);
+  const auto temporary = search_temporary(grid, radius, frame);
   const FramePose solved =
       solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
   return solved.estimate.converged &&
@@ -40,7 +48,7 @@ bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, Frame& fr
 }
 
 // Stereo points of the last frame that are no landmarks (yet) help to find the pose.
-std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid,
+std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid, double radius,
                                                       const Frame& frame) const {
   std::vector<TemporaryPoint> points;
   if (!last_->stereo) return points;
@@ -57,8 +65,7 @@ std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid,
     const Eigen::Vector3d point = last_->world_from_body * stereo->point.cast<double>();
     const auto pixel = camera.project(camera_from_world * point);
     if (!pixel || !camera.contains(*pixel)) continue;
-    queries.push_back({pixel->cast<float>(),
-                       static_cast<float>(options_.motion_radius * pixel_scale_),
+    queries.push_back({pixel->cast<float>(), static_cast<float>(radius * pixel_scale_),
                        last_->features->descriptors.row(i).data()});
     points.push_back({point, -1});
   }

@@ -35,8 +35,8 @@ Scene make_scene(const Camera& a, const Camera& b, const SE3& b_from_a, std::uin
     if (!ray) continue;
     const auto seen = b.project(b_from_a * (random.uniform(1, 20) * *ray));
     if (!seen || !b.contains(*seen)) continue;
-    scene.in_a.push_back(pixel.cast<float>());
-    scene.in_b.push_back(seen->cast<float>());
+    scene.in_a.emplace_back(pixel.cast<float>());
+    scene.in_b.emplace_back(seen->cast<float>());
   }
   return scene;
 }
@@ -71,8 +71,8 @@ TEST(EpipolarInliers, KeepTruePairsInFront) {
   const Scene scene = make_scene(kPinhole, kPinhole, pose, 1);
   const auto rays_a = observe_rays(kPinhole, scene.in_a);
   const auto rays_b = observe_rays(kPinhole, scene.in_b);
-  std::vector<Match> matches;
-  for (int i = 0; i < 100; ++i) matches.push_back({i, i % 2 == 0 ? i : (i + 37) % 100, 1});
+  std::vector<Match> matches(100);
+  for (int i = 0; i < 100; ++i) matches[i] = {i, i % 2 == 0 ? i : (i + 37) % 100, 1};
   const auto inliers = epipolar_inliers(matches, rays_a, rays_b, pose, 1);
   int correct = 0;
   for (const Match& m : inliers) correct += m.a == m.b;

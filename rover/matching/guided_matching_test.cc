@@ -50,6 +50,7 @@ class GuidedMatching : public testing::Test {
 
   std::vector<GuidedQuery> queries(float radius) const {
     std::vector<GuidedQuery> made;
+    made.reserve(kCount);
     for (int i = 0; i < kCount; ++i) {
       made.push_back(
           {a_.positions[i] + Eigen::Vector2f(2, -1), radius, a_.descriptors.row(i).data()});

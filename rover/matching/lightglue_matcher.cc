@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -79,9 +78,10 @@ LightGlueMatcher::LightGlueMatcher(Runtime& runtime, const LightGlueOptions& opt
   }
 }
 
-std::shared_ptr<const Matcher> LightGlueMatcher::with_pauses(std::function<void()> pause) const {
+std::shared_ptr<const Matcher> LightGlueMatcher::with_pauses(
+    const std::function<void()>& pause) const {
   auto copy = std::make_shared<LightGlueMatcher>(*this);
-  copy->options_.between_layers = std::move(pause);
+  copy->options_.between_layers = pause;
   return copy;
 }
 

@@ -50,7 +50,7 @@ class LightGlueMatcher : public Matcher {
   }
   LightGlueResult run(const MatchInput& a, const MatchInput& b) const;
 
-  std::shared_ptr<const Matcher> with_pauses(std::function<void()> pause) const override;
+  std::shared_ptr<const Matcher> with_pauses(const std::function<void()>& pause) const override;
 
  private:
   struct Side;   // one image's points on their way through the layers

@@ -34,7 +34,7 @@ class Matcher {
   // The same matcher, calling `pause` every few milliseconds of its work, so that mapping can let
   // tracking go first. Null if it never works for longer than that.
   virtual std::shared_ptr<const Matcher> with_pauses(
-      [[maybe_unused]] std::function<void()> pause) const {
+      [[maybe_unused]] const std::function<void()>& pause) const {
     return nullptr;
   }
 };

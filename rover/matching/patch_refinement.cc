@@ -28,7 +28,8 @@ void PatchRefinementOptions::check() const {
 
 std::optional<ReferencePatch> cut_patch(const cv::Mat& image, const Eigen::Vector2f& position) {
   constexpr int kSize = ReferencePatch::kSize;
-  const float left = position.x() - kSize / 2, top = position.y() - kSize / 2;
+  constexpr float kRadius = (kSize - 1) / 2.0f, kHalf = 0.5f;  // half a level: rounds
+  const float left = position.x() - kRadius, top = position.y() - kRadius;
   // Written so that a position that is not a number fails too.
   if (!(left >= 0 && top >= 0 && left + kSize < static_cast<float>(image.cols) &&
         top + kSize < static_cast<float>(image.rows))) {
@@ -45,7 +46,7 @@ std::optional<ReferencePatch> cut_patch(const cv::Mat& image, const Eigen::Vecto
       const float value =
           w00 * static_cast<float>(upper[c]) + w01 * static_cast<float>(upper[c + 1]) +
           w10 * static_cast<float>(lower[c]) + w11 * static_cast<float>(lower[c + 1]);
-      patch.pixels[r * kSize + c] = static_cast<std::uint8_t>(value + 0.5f);
+      patch.pixels[r * kSize + c] = static_cast<std::uint8_t>(kHalf + value);
     }
   }
   return patch;
@@ -76,7 +77,7 @@ struct Template {
 bool warp_patch(const ReferencePatch& patch, const Eigen::Matrix2f& patch_from_image, int half,
                 float* samples) {
   constexpr int kSize = ReferencePatch::kSize;
-  constexpr float kCentre = kSize / 2;
+  constexpr float kCentre = (kSize - 1) / 2.0f;
   const float reach =
       static_cast<float>(half) * patch_from_image.cwiseAbs().rowwise().sum().maxCoeff();
   if (!(reach < kCentre - 0.01f)) return false;  // 0.01: rounding along the rows below
@@ -87,7 +88,7 @@ bool warp_patch(const ReferencePatch& patch, const Eigen::Matrix2f& patch_from_i
     for (int c = -half; c <= half; ++c, at += step) {
       const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
       const float fx = at.x() - static_cast<float>(x), fy = at.y() - static_cast<float>(y);
-      const std::uint8_t* p = patch.pixels.data() + y * kSize + x;
+      const std::uint8_t* p = &patch.pixels[y * kSize + x];
       const float p00 = p[0], p01 = p[1], p10 = p[kSize], p11 = p[kSize + 1];
       const float upper = p00 + fx * (p01 - p00), lower = p10 + fx * (p11 - p10);
       *samples++ = upper + fy * (lower - upper);
@@ -102,7 +103,7 @@ void fill_planes(const float* samples, int window, AlignmentTemplate& planes) {
   planes.window = window;
   std::fill_n(planes.inside, window, 1.0f);
   for (int r = 0; r < window; ++r) {
-    const float* row = samples + (r + 1) * width + 1;
+    const float* row = &samples[(r + 1) * width + 1];
     for (int c = 0; c < window; ++c) {
       planes.intensity[r * kStride + c] = row[c];
       planes.gradient_x[r * kStride + c] = 0.5f * (row[c + 1] - row[c - 1]);
@@ -245,7 +246,7 @@ std::optional<RefinedPosition> refine_position(const ReferencePatch& patch, cons
                                                const PatchRefinementOptions& options) {
   constexpr int kMaxWidth = AlignmentTemplate::kMaxWindow + 2;
   const Eigen::Matrix2f patch_from_image = image_from_patch.inverse();
-  std::array<float, kMaxWidth * kMaxWidth> samples;
+  std::array<float, std::size_t{kMaxWidth} * kMaxWidth> samples;
   if (!warp_patch(patch, patch_from_image, options.half_window + 1, samples.data())) {
     return std::nullopt;
   }

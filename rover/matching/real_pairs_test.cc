@@ -4,6 +4,7 @@
 #include "rover/matching/real_pairs.h"
 
 #include <memory>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -22,15 +23,20 @@ std::shared_ptr<Runtime> runtime() {
   return shared;
 }
 
-// Skips the test (by its message) where data or models are absent.
-#define ROVER_SKIP_WITHOUT(sequence, family, name)                                   \
-  if ((sequence).frames.empty()) GTEST_SKIP() << "no real images in ../shared/data"; \
-  std::optional<FeatureFamily> family;                                               \
-  try {                                                                              \
-    family = make_feature_family(name, *runtime());                                  \
-  } catch (const InputError& error) {                                                \
-    GTEST_SKIP() << error.what();                                                    \
+// The family, or why the test has to be skipped.
+struct Available {
+  std::optional<FeatureFamily> family;
+  std::string missing;
+};
+
+Available find_family(const real_pairs::Sequence& sequence, const std::string& name) {
+  if (sequence.frames.empty()) return {std::nullopt, "no real images in ../shared/data"};
+  try {
+    return {make_feature_family(name, *runtime()), ""};
+  } catch (const InputError& error) {
+    return {std::nullopt, error.what()};
   }
+}
 
 struct WideResult {
   int matches = 0, correct = 0;
@@ -79,7 +85,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(WideBaseline, FamilysMatcherFindsTrueMatches) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, GetParam().family);
+  const auto [family, missing] = find_family(sequence, GetParam().family);
+  if (!family) GTEST_SKIP() << missing;
   const auto result = match_wide(
       sequence, *family->extractor,
       [&](const FeatureSet& a, const FeatureSet& b) { return family->matcher->match({a}, {b}); });
@@ -91,7 +98,8 @@ TEST_P(WideBaseline, FamilysMatcherFindsTrueMatches) {
 
 TEST(LightGlue, BeatsNearestNeighboursAndGainsFromDepth) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   const auto with = [&](const Matcher& matcher) {
     return match_wide(sequence, *family->extractor, [&](const FeatureSet& a, const FeatureSet& b) {
       return matcher.match({a}, {b});
@@ -107,7 +115,8 @@ TEST(LightGlue, BeatsNearestNeighboursAndGainsFromDepth) {
 // Early exit and pruning save layers and points; nearly all matches are those of the full depth.
 TEST(LightGlue, LeavesEarlyOnEasyPairsWithTheSameMatches) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   ExtractionRequest request;
   request.budget = 500;
   const FeatureSet a = family->extractor->extract(sequence.frames[1].left_image(), request);
@@ -135,7 +144,8 @@ TEST(LightGlue, LeavesEarlyOnEasyPairsWithTheSameMatches) {
 
 TEST(LightGlue, MatchesAreOneToOneOrderedAndReproducible) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   const FeatureSet a = family->extractor->extract(sequence.frames[5].left_image(), {});
   const FeatureSet b = family->extractor->extract(sequence.frames[6].left_image(), {});
   const auto first = family->matcher->match({a}, {b}), second = family->matcher->match({a}, {b});
@@ -153,7 +163,8 @@ TEST(LightGlue, MatchesAreOneToOneOrderedAndReproducible) {
 
 TEST(LightGlue, TakesAnyNumberOfPoints) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   const FeatureSet a = family->extractor->extract(sequence.frames[5].left_image(), {});
   const auto first = [&](int count) {
     FeatureSet few = a;
@@ -211,7 +222,8 @@ StereoResult match_stereo_pairs(const real_pairs::Sequence& sequence, const Extr
 
 TEST(RealStereo, KittiMatchesLieOnTheirLines) {
   const auto sequence = real_pairs::kitti();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   const auto result = match_stereo_pairs(sequence, *family->extractor, 40);
   EXPECT_GT(result.aligned, 0.45 * result.features);
   EXPECT_GT(result.near_line, 0.95 * result.aligned);
@@ -219,7 +231,8 @@ TEST(RealStereo, KittiMatchesLieOnTheirLines) {
 
 TEST(RealStereo, EurocMatchesLieOnTheirLines) {
   const auto sequence = real_pairs::euroc();
-  ROVER_SKIP_WITHOUT(sequence, family, "xfeat-corner");
+  const auto [family, missing] = find_family(sequence, "xfeat-corner");
+  if (!family) GTEST_SKIP() << missing;
   const auto result = match_stereo_pairs(sequence, *family->extractor, 20);
   EXPECT_GT(result.aligned, 0.55 * result.features);
   EXPECT_GT(result.near_line, 0.97 * result.aligned);

@@ -89,8 +89,9 @@ void StereoCandidates::fill_buckets() {
 }
 
 // Distance d along the left ray u where the right ray s comes closest: t + d u is parallel to s.
-bool StereoCandidates::inverse_depth_possible(const Eigen::Vector3d& u, int right,
+bool StereoCandidates::inverse_depth_possible(const Eigen::Vector3d& left_in_right, int right,
                                               double gate) const {
+  const Eigen::Vector3d& u = left_in_right;
   const Eigen::Vector3d& s = right_rays_[right].direction;
   const Eigen::Vector3d& t = right_from_left_.translation;
   const Eigen::Vector3d normal = u.cross(s);

@@ -22,7 +22,7 @@ namespace rover {
 struct TrackerOptions {
   double motion_radius = 20;   // px at 640 wide: gate around the position predicted by the motion
   double local_radius = 6;     // px at 640 wide: gate once the pose is known from the last frame
-  int confident_inliers = 40;  // fewer after guided search from the last frame: learned matching
+  int confident_inliers = 25;  // fewer after guided search from the last frame: learned matching
   int min_inliers = 20;        // fewer in the local map: lost
   bool learned_tracking = false;  // always match the last frame with the learned matcher
   bool refine = true;          // refine observations photometrically in every frame

@@ -13,6 +13,7 @@ namespace {
 
 const cv::Size kImage(64, 64);
 const Eigen::Vector2d kCentre(32, 32);
+const PatchRefinementOptions kFarOptions{.max_shift = 3.0f};
 
 Eigen::Vector2d identity(const Eigen::Vector2d& p) { return p; }
 
@@ -48,8 +49,8 @@ TEST(RefinePosition, FindsSubPixelShifts) {
     const Eigen::Vector2d shift(random.uniform(-1, 1), random.uniform(-1, 1));
     const cv::Mat image = texture.render(
         kImage, [&](const Eigen::Vector2d& p) { return Eigen::Vector2d(p - shift); });
-    const auto found =
-        refine_position(patch, image, kCentre.cast<float>(), Eigen::Matrix2f::Identity(), {});
+    const auto found = refine_position(patch, image, kCentre.cast<float>(),
+                                       Eigen::Matrix2f::Identity(), kFarOptions);
     ASSERT_TRUE(found) << seed;
     EXPECT_LT((found->position.cast<double>() - kCentre - shift).norm(), 0.05) << seed;
     EXPECT_GT(found->correlation, 0.98f);
@@ -162,7 +163,7 @@ TEST(RefinePosition, StaysWithinMaxShift) {
   const SmoothTexture texture(4, 12, 40);
   const cv::Mat image = texture.render(
       kImage, [](const Eigen::Vector2d& p) { return Eigen::Vector2d(p - Eigen::Vector2d(2, 0)); });
-  PatchRefinementOptions options;
+  PatchRefinementOptions options = kFarOptions;
   const auto found = refine_position(reference_patch(texture), image, kCentre.cast<float>(),
                                      Eigen::Matrix2f::Identity(), options);
   ASSERT_TRUE(found);

@@ -85,11 +85,12 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(WideBaseline, FamilysMatcherFindsTrueMatches) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, GetParam().family);
-  if (!family) GTEST_SKIP() << missing;
+  const Available found = find_family(sequence, GetParam().family);
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
   const auto result = match_wide(
-      sequence, *family->extractor,
-      [&](const FeatureSet& a, const FeatureSet& b) { return family->matcher->match({a}, {b}); });
+      sequence, *family.extractor,
+      [&](const FeatureSet& a, const FeatureSet& b) { return family.matcher->match({a}, {b}); });
   RecordProperty("correct", result.correct);
   RecordProperty("precision", std::to_string(result.precision()));
   EXPECT_GE(result.correct, GetParam().correct);
@@ -98,16 +99,17 @@ TEST_P(WideBaseline, FamilysMatcherFindsTrueMatches) {
 
 TEST(LightGlue, BeatsNearestNeighboursAndGainsFromDepth) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
   const auto with = [&](const Matcher& matcher) {
-    return match_wide(sequence, *family->extractor, [&](const FeatureSet& a, const FeatureSet& b) {
+    return match_wide(sequence, *family.extractor, [&](const FeatureSet& a, const FeatureSet& b) {
       return matcher.match({a}, {b});
     });
   };
   LightGlueOptions shallow = lighterglue_options();
   shallow.max_layers = 1;
-  const double full = with(*family->matcher).precision();
+  const double full = with(*family.matcher).precision();
   EXPECT_GT(full, with(LightGlueMatcher(*runtime(), shallow)).precision() + 0.02);
   EXPECT_GT(full, with(MutualNearestNeighbourMatcher()).precision() + 0.1);
 }
@@ -115,12 +117,13 @@ TEST(LightGlue, BeatsNearestNeighboursAndGainsFromDepth) {
 // Early exit and pruning save layers and points; nearly all matches are those of the full depth.
 TEST(LightGlue, LeavesEarlyOnEasyPairsWithTheSameMatches) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
   ExtractionRequest request;
   request.budget = 500;
-  const FeatureSet a = family->extractor->extract(sequence.frames[1].left_image(), request);
-  const FeatureSet b = family->extractor->extract(sequence.frames[2].left_image(), request);
+  const FeatureSet a = family.extractor->extract(sequence.frames[1].left_image(), request);
+  const FeatureSet b = family.extractor->extract(sequence.frames[2].left_image(), request);
   LightGlueOptions full = lighterglue_options();
   full.exit_share = 2;
   full.prune_matchability = 0;
@@ -144,11 +147,12 @@ TEST(LightGlue, LeavesEarlyOnEasyPairsWithTheSameMatches) {
 
 TEST(LightGlue, MatchesAreOneToOneOrderedAndReproducible) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
-  const FeatureSet a = family->extractor->extract(sequence.frames[5].left_image(), {});
-  const FeatureSet b = family->extractor->extract(sequence.frames[6].left_image(), {});
-  const auto first = family->matcher->match({a}, {b}), second = family->matcher->match({a}, {b});
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
+  const FeatureSet a = family.extractor->extract(sequence.frames[5].left_image(), {});
+  const FeatureSet b = family.extractor->extract(sequence.frames[6].left_image(), {});
+  const auto first = family.matcher->match({a}, {b}), second = family.matcher->match({a}, {b});
   ASSERT_EQ(first.size(), second.size());
   std::vector<char> taken(b.size(), 0);
   for (std::size_t i = 0; i < first.size(); ++i) {
@@ -163,9 +167,10 @@ TEST(LightGlue, MatchesAreOneToOneOrderedAndReproducible) {
 
 TEST(LightGlue, TakesAnyNumberOfPoints) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
-  const FeatureSet a = family->extractor->extract(sequence.frames[5].left_image(), {});
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
+  const FeatureSet a = family.extractor->extract(sequence.frames[5].left_image(), {});
   const auto first = [&](int count) {
     FeatureSet few = a;
     few.positions.resize(count);
@@ -174,11 +179,11 @@ TEST(LightGlue, TakesAnyNumberOfPoints) {
   };
   for (const int m : {0, 1, 2, 50}) {
     for (const int n : {0, 1, 2, 50}) {
-      const auto matches = family->matcher->match({first(m)}, {first(n)});
+      const auto matches = family.matcher->match({first(m)}, {first(n)});
       EXPECT_LE(static_cast<int>(matches.size()), std::min(m, n));
     }
   }
-  EXPECT_GT(family->matcher->match({first(50)}, {first(50)}).size(), 45u);
+  EXPECT_GT(family.matcher->match({first(50)}, {first(50)}).size(), 45u);
 }
 
 TEST(FeatureFamilies, HaveMatcherAndThresholds) {
@@ -222,18 +227,20 @@ StereoResult match_stereo_pairs(const real_pairs::Sequence& sequence, const Extr
 
 TEST(RealStereo, KittiMatchesLieOnTheirLines) {
   const auto sequence = real_pairs::kitti();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
-  const auto result = match_stereo_pairs(sequence, *family->extractor, 40);
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
+  const auto result = match_stereo_pairs(sequence, *family.extractor, 40);
   EXPECT_GT(result.aligned, 0.45 * result.features);
   EXPECT_GT(result.near_line, 0.95 * result.aligned);
 }
 
 TEST(RealStereo, EurocMatchesLieOnTheirLines) {
   const auto sequence = real_pairs::euroc();
-  const auto [family, missing] = find_family(sequence, "xfeat-corner");
-  if (!family) GTEST_SKIP() << missing;
-  const auto result = match_stereo_pairs(sequence, *family->extractor, 20);
+  const Available found = find_family(sequence, "xfeat-corner");
+  if (!found.family) GTEST_SKIP() << found.missing;
+  const FeatureFamily& family = *found.family;
+  const auto result = match_stereo_pairs(sequence, *family.extractor, 20);
   EXPECT_GT(result.aligned, 0.55 * result.features);
   EXPECT_GT(result.near_line, 0.97 * result.aligned);
 }

@@ -15,8 +15,8 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 
   template <class... Args>
-  explicit InputError(fmt::format_string<Args...> format, Args&&... args)
-    requires(sizeof...(Args) > 0)
+  explicit InputError(fmt::format_string<Args...> format,
+                      Args&&... args) requires(sizeof...(Args) > 0)
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 

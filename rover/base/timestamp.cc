@@ -84,8 +84,8 @@ std::optional<Timestamp> parse_seconds(std::string_view text) {
 
 std::string format_seconds(Timestamp time) {
   const bool negative = time < 0;
-  const auto magnitude = negative ? 0 - static_cast<std::uint64_t>(time)
-                                  : static_cast<std::uint64_t>(time);
+  const auto magnitude =
+      negative ? 0 - static_cast<std::uint64_t>(time) : static_cast<std::uint64_t>(time);
   constexpr auto kUnit = static_cast<std::uint64_t>(kNanosecondsPerSecond);
   return fmt::format("{}{}.{:09}", negative ? "-" : "", magnitude / kUnit, magnitude % kUnit);
 }

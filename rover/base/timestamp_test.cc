@@ -22,8 +22,8 @@ TEST(Timestamp, ReadsDecimalsExactly) {
 }
 
 TEST(Timestamp, RefusesWhatIsNoNumber) {
-  for (const char* text : {"", ".", "-", "abc", "1.2.3", "1e", "1e999", "nan", "inf", "1 ",
-                           "99999999999999999999"}) {
+  for (const char* text :
+       {"", ".", "-", "abc", "1.2.3", "1e", "1e999", "nan", "inf", "1 ", "99999999999999999999"}) {
     EXPECT_FALSE(parse_seconds(text)) << text;
   }
   EXPECT_FALSE(parse_nanoseconds("1.5"));

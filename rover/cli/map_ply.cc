@@ -30,21 +30,25 @@ Color landmark_color(const Landmark& landmark) {
   return {gray, gray, gray};
 }
 
-}  // namespace
-
-void write_map_ply(const std::filesystem::path& file, const Map& map) {
-  std::string data = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment Rover map: landmarks in the gray of their "
-      "patch, keyframes red\nelement vertex {}\nproperty float x\nproperty float y\n"
-      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-      "end_header\n",
-      map.landmarks().size() + map.keyframes().size());
+void append_map(const Map& map, std::string& data) {
   for (const Landmark& landmark : map.landmarks()) {
     append_vertex(landmark.position, landmark_color(landmark), data);
   }
   for (const Keyframe& keyframe : map.keyframes()) {
     append_vertex(keyframe.world_from_body().translation, {255, 0, 0}, data);
   }
+}
+
+}  // namespace
+
+void write_map_ply(const std::filesystem::path& file, const Map* map) {
+  std::string data = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment Rover map: landmarks in the gray of their "
+      "patch, keyframes red\nelement vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "end_header\n",
+      map ? map->landmarks().size() + map->keyframes().size() : 0);
+  if (map) append_map(*map, data);
   write_file_atomically(file, data);
 }
 

@@ -8,6 +8,7 @@ namespace rover {
 
 // Writes landmarks (gray) and keyframe positions (red) as a binary point cloud that MeshLab,
 // CloudCompare and Open3D read.
-void write_map_ply(const std::filesystem::path& file, const Map& map);
+// Without a map (null) the cloud is empty.
+void write_map_ply(const std::filesystem::path& file, const Map* map);
 
 }  // namespace rover

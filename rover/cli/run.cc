@@ -74,6 +74,7 @@ fs::path prepare_output(const std::string& name) {
 
 cv::Mat read_mask(const std::string& file) {
   if (file.empty()) return {};
+  require(fs::is_regular_file(file), "--mask {}: no such file; give an image", file);
   cv::Mat mask = cv::imread(file, cv::IMREAD_GRAYSCALE);
   if (mask.empty()) throw InputError("--mask {}: cannot be read as an image", file);
   return mask;
@@ -91,8 +92,8 @@ class Progress {
     const auto now = std::chrono::steady_clock::now();
     if (!terminal_ || now - shown_ < std::chrono::milliseconds(200)) return;
     shown_ = now;
-    std::cerr << fmt::format("\r\033[Kframe {} of {}  {}  {} landmarks tracked", index + 1,
-                             frames_, to_string(result.state), result.inliers)
+    std::cerr << fmt::format("\r\033[Kframe {} of {}  {}  {} landmarks tracked", index + 1, frames_,
+                             to_string(result.state), result.inliers)
               << std::flush;
   }
 

@@ -61,9 +61,9 @@ std::string RunRecorder::frames_csv() const {
   std::string text =
       "frame,time,state,map,epoch,reference_keyframe,features,matches,inliers,frame_ms\n";
   for (const FrameRecord& f : frames_) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.3f}\n", f.index, format_seconds(f.time),
-                        f.state, f.map, f.epoch, f.reference, f.features, f.matches, f.inliers,
-                        f.total_ms);
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{:.3f}\n", f.index, format_seconds(f.time), f.state,
+                    f.map, f.epoch, f.reference, f.features, f.matches, f.inliers, f.total_ms);
   }
   return text;
 }

@@ -102,14 +102,15 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
   json["lost_events"] = recorder.lost_events();
   json["loops_closed"] = 0;
   json["stages"] = stage_table(recorder);
-  json["frame_ms"] = {{"median", quantile(times, 0.5)}, {"p95", quantile(times, 0.95)},
-                      {"p99", quantile(times, 0.99)}, {"max", quantile(times, 1)}};
+  json["frame_ms"] = {{"median", quantile(times, 0.5)},
+                      {"p95", quantile(times, 0.95)},
+                      {"p99", quantile(times, 0.99)},
+                      {"max", quantile(times, 1)}};
   json["final_adjustment_ms"] = facts.final_adjustment_ms;
   json["dropped_frames"] = recorder.count("dropped");
   json["mapping_lag_frames"] = mapping_lag(recorder);
   json["realtime"] = facts.realtime;
-  json["realtime_factor"] =
-      facts.wall_seconds > 0 ? facts.sensor_seconds / facts.wall_seconds : 0;
+  json["realtime_factor"] = facts.wall_seconds > 0 ? facts.sensor_seconds / facts.wall_seconds : 0;
   json["peak_rss_mb"] = peak_memory_mb();
   json["threads"] = system.config().runtime.threads;
   json["seed"] = system.config().seed;
@@ -121,22 +122,23 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
 
 std::string for_people(const Json& json, const std::filesystem::path& folder) {
   std::string text;
-  text += fmt::format("frames       {} offered, {} tracked ({:.1f}% in the final trajectory), "
-                      "{} skipped, {} dropped\n",
-                      json["frames"].get<int>(), json["frames_tracked"].get<int>(),
-                      100 * json["coverage"].get<double>(), json["frames_skipped"].get<int>(),
-                      json["dropped_frames"].get<int>());
+  text += fmt::format(
+      "frames       {} offered, {} tracked ({:.1f}% in the final trajectory), "
+      "{} skipped, {} dropped\n",
+      json["frames"].get<int>(), json["frames_tracked"].get<int>(),
+      100 * json["coverage"].get<double>(), json["frames_skipped"].get<int>(),
+      json["dropped_frames"].get<int>());
   text += fmt::format("map          {} keyframes, {} landmarks; {} map(s), lost {} time(s)\n",
                       json["keyframes"].get<int>(), json["landmarks"].get<int>(),
                       json["maps"].get<int>(), json["lost_events"].get<int>());
   const auto& ms = json["frame_ms"];
   text += fmt::format("frame time   median {:.1f} ms, 95% {:.1f} ms, longest {:.1f} ms\n",
-                      ms["median"].get<double>(), ms["p95"].get<double>(),
-                      ms["max"].get<double>());
-  text += fmt::format("speed        {:.2f} x real time; peak memory {:.0f} MB; "
-                      "final adjustment {:.0f} ms\n",
-                      json["realtime_factor"].get<double>(), json["peak_rss_mb"].get<double>(),
-                      json["final_adjustment_ms"].get<double>());
+                      ms["median"].get<double>(), ms["p95"].get<double>(), ms["max"].get<double>());
+  text += fmt::format(
+      "speed        {:.2f} x real time; peak memory {:.0f} MB; "
+      "final adjustment {:.0f} ms\n",
+      json["realtime_factor"].get<double>(), json["peak_rss_mb"].get<double>(),
+      json["final_adjustment_ms"].get<double>());
   text += fmt::format("written to   {}\n", folder.string());
   return text;
 }
@@ -154,10 +156,10 @@ std::string write_results(const std::filesystem::path& folder, const System& sys
                           const RunRecorder& recorder, const RunFacts& facts) {
   const std::size_t final_poses = write_trajectories(folder, system);
   recorder.write(folder);
-  if (const auto largest = system.largest_map()) {
-    write_map_ply(folder / "map.ply",
-                  *system.maps()[static_cast<std::size_t>(largest->value)]);
-  }
+  const auto largest = system.largest_map();
+  const auto maps = system.maps();
+  write_map_ply(folder / "map.ply",
+                largest ? maps[static_cast<std::size_t>(largest->value)].get() : nullptr);
   const Json json = describe(system, recorder, facts, final_poses);
   write_file_atomically(folder / "summary.json", json.dump(2) + "\n");
   return for_people(json, folder);

@@ -68,8 +68,8 @@ class FinishedRun {
  public:
   FinishedRun(fs::path dataset, const std::string& mode, const Arguments& more = {})
       : dataset_(std::move(dataset)) {
-    Arguments arguments = {"--dataset", dataset_.string(), "--mode", mode,
-                           "--output", output().string()};
+    Arguments arguments = {"--dataset", dataset_.string(), "--mode",
+                           mode,        "--output",        output().string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     outcome_ = call(arguments);
     EXPECT_EQ(outcome_.status, 0) << outcome_.err;
@@ -100,8 +100,7 @@ class FinishedRun {
     DatasetOptions options;
     options.path = dataset_;
     const auto dataset = open_dataset(options);
-    const auto truth =
-        move_frame(dataset->ground_truth(), dataset->rig().body_from_camera[0]);
+    const auto truth = move_frame(dataset->ground_truth(), dataset->rig().body_from_camera[0]);
     return judge(name, read_tum_trajectory(output() / name), truth, 0.02,
                  read_run_folder(output()).offered);
   }
@@ -118,17 +117,32 @@ fs::path sequence_folder(const std::string& sequence) {
 
 void expect_contract(const FinishedRun& run) {
   for (const char* name :
-       {"trajectory_causal.txt", "trajectory_odometry.txt", "trajectory_final.txt",
-        "keyframes.txt", "frames.csv", "timing.csv", "covariance.csv", "map.ply"}) {
+       {"trajectory_causal.txt", "trajectory_odometry.txt", "trajectory_final.txt", "keyframes.txt",
+        "frames.csv", "timing.csv", "covariance.csv", "map.ply"}) {
     const std::string text = run.read(name);
     EXPECT_GT(std::count(text.begin(), text.end(), '\n'), 2) << name;
   }
   const auto summary = run.summary();
-  for (const char* key :
-       {"mode", "pose_frame", "frames", "frames_tracked", "coverage", "keyframes", "landmarks",
-        "maps", "lost_events", "loops_closed", "stages", "frame_ms", "dropped_frames",
-        "mapping_lag_frames", "realtime_factor", "peak_rss_mb", "threads", "seed", "version",
-        "families"}) {
+  for (const char* key : {"mode",
+                          "pose_frame",
+                          "frames",
+                          "frames_tracked",
+                          "coverage",
+                          "keyframes",
+                          "landmarks",
+                          "maps",
+                          "lost_events",
+                          "loops_closed",
+                          "stages",
+                          "frame_ms",
+                          "dropped_frames",
+                          "mapping_lag_frames",
+                          "realtime_factor",
+                          "peak_rss_mb",
+                          "threads",
+                          "seed",
+                          "version",
+                          "families"}) {
     EXPECT_TRUE(summary.contains(key)) << key;
   }
   for (const char* key : {"median", "p95", "p99", "max"}) {
@@ -207,7 +221,7 @@ TEST(Run, GivesTheSameBytesTwice) {
     TestFolder folders[2];
     for (const TestFolder& folder : folders) {
       Arguments arguments = {"--dataset", sequence_folder(kClip).string(), "--mode", "mono",
-                             "--output", folder.path().string()};
+                             "--output",  folder.path().string()};
       arguments.insert(arguments.end(), options.begin(), options.end());
       ASSERT_EQ(call(arguments).status, 0);
     }
@@ -312,6 +326,7 @@ TEST(Run, AFlightInTheDarkIsNoCrash) {
   const auto states = run.states();
   EXPECT_EQ(std::count(states.begin(), states.end(), "waiting"), 12);
   EXPECT_EQ(run.read("trajectory_final.txt").find_first_of("0123456789"), std::string::npos);
+  EXPECT_THAT(run.read("map.ply"), HasSubstr("element vertex 0\n"));
 }
 
 // Five tiny images: enough to be refused for other reasons.
@@ -386,6 +401,7 @@ TEST_F(RunRefuses, ImagesUnlikeTheirCalibration) {
 TEST_F(RunRefuses, MasksThatDoNotFit) {
   folder_.write("words.png", "no image");
   expect_refusal("words.png", {"--mask", (folder_ / "words.png").string()});
+  expect_refusal("nothing.png", {"--mask", (folder_ / "nothing.png").string()});
   if (!have_models()) GTEST_SKIP() << "the models are not here; the set-up makes them";
   folder_.write_image("mask.png", 30, 30);
   expect_refusal("mask", {"--mask", (folder_ / "mask.png").string()});

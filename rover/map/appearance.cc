@@ -62,8 +62,8 @@ bool refine_observation(const Landmark& landmark, const Camera& camera,
   if (!landmark.appearance->has_patch || image.empty()) return false;
   const auto warp = patch_warp(landmark, camera, camera_from_world);
   if (!warp) return false;
-  const auto refined = refine_position(landmark.appearance->patch, image, observation.pixel, *warp,
-                                       options);
+  const auto refined =
+      refine_position(landmark.appearance->patch, image, observation.pixel, *warp, options);
   if (!refined) return false;
   observation.pixel = refined->position;
   observation.sigma = refined->sigma;

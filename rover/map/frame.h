@@ -18,7 +18,7 @@ struct Observation {
   LandmarkId landmark;    // invalid: not joined to one
   Eigen::Vector2f pixel;  // px, raw image of camera 0: the feature, or refined photometrically
   float sigma = 1;        // px, standard deviation per axis
-  bool refined = false;       // photometrically
+  bool refined = false;   // photometrically
   bool stereo_rejected = false;  // the feature's stereo partner did not fit the landmark
 };
 

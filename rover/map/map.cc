@@ -21,9 +21,8 @@ std::vector<Covisibility> sorted(const std::map<KeyframeId, int>& votes, int min
   for (const auto& [keyframe, shared] : votes) {
     if (shared >= min_shared) result.push_back({keyframe, shared});
   }
-  std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
-    return a.shared > b.shared;
-  });
+  std::stable_sort(result.begin(), result.end(),
+                   [](const auto& a, const auto& b) { return a.shared > b.shared; });
   return result;
 }
 
@@ -139,11 +138,10 @@ void Map::retire(KeyframeId id) {
   for (const KeyframeId child : keyframe.children) keyframes_.edit(child).parent = keyframe.parent;
   Keyframe& parent = keyframes_.edit(keyframe.parent);
   std::erase(parent.children, id);
-  parent.children.insert(parent.children.end(), keyframe.children.begin(),
-                         keyframe.children.end());
+  parent.children.insert(parent.children.end(), keyframe.children.begin(), keyframe.children.end());
   std::sort(parent.children.begin(), parent.children.end());
-  retired_.insert(id, {id, keyframe.parent, parent.world_from_body().inverse() *
-                                                keyframe.world_from_body()});
+  retired_.insert(
+      id, {id, keyframe.parent, parent.world_from_body().inverse() * keyframe.world_from_body()});
   keyframes_.erase(id);
   if (newest_ == id) newest_ = keyframe.parent;
 }

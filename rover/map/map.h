@@ -87,8 +87,7 @@ class Map {
 
   void set_pose(KeyframeId keyframe, const SE3& world_from_body);
   void set_position(LandmarkId landmark, const Eigen::Vector3d& position);
-  void set_measurement(KeyframeId keyframe, int feature, const Eigen::Vector2f& pixel,
-                       float sigma);
+  void set_measurement(KeyframeId keyframe, int feature, const Eigen::Vector2f& pixel, float sigma);
   void count_sighting(LandmarkId landmark, int visible, int found);
   void release_image(KeyframeId keyframe);
 

@@ -41,12 +41,23 @@ TEST(Map, StaysConsistentUnderRandomEdits) {
       const LandmarkId a{random.index(40)}, b{random.index(40)};
       const KeyframeId k{random.index(6)};
       switch (random.index(6)) {
-        case 0: map.forget(a, k); break;
-        case 1: map.fuse(a, b); break;
-        case 2: map.remove(a); break;
-        case 3: if (k.value < 5) map.retire(k); break;
-        case 4: map.observe(a, k, random.index(40)); break;
-        default: map.reject_stereo(a, k);
+        case 0:
+          map.forget(a, k);
+          break;
+        case 1:
+          map.fuse(a, b);
+          break;
+        case 2:
+          map.remove(a);
+          break;
+        case 3:
+          if (k.value < 5) map.retire(k);
+          break;
+        case 4:
+          map.observe(a, k, random.index(40));
+          break;
+        default:
+          map.reject_stereo(a, k);
       }
     }
     EXPECT_TRUE(is_consistent(map));
@@ -56,9 +67,9 @@ TEST(Map, StaysConsistentUnderRandomEdits) {
 
 TEST(Map, ObservesOnlyWhatIsFree) {
   Map map = test_map(2, 10);
-  EXPECT_FALSE(map.observe({0}, {1}, 5));   // seen there already
+  EXPECT_FALSE(map.observe({0}, {1}, 5));  // seen there already
   map.forget({0}, {1});
-  EXPECT_FALSE(map.observe({0}, {1}, 5));   // the feature is landmark 5's
+  EXPECT_FALSE(map.observe({0}, {1}, 5));  // the feature is landmark 5's
   EXPECT_TRUE(map.observe({0}, {1}, 0));
   EXPECT_FALSE(map.observe({99}, {1}, 0));  // no such landmark
   EXPECT_FALSE(map.observe({0}, {99}, 0));  // no such keyframe
@@ -134,7 +145,9 @@ TEST(SharedMap, ReadersAndWritersGoTogether) {
     const Eigen::Vector3d first = view->at(LandmarkId{0}).position;
     const bool written = first.x() == 0;
     for (const Landmark& landmark : view->landmarks()) {
-      if (written) { EXPECT_EQ(landmark.position, first); }
+      if (written) {
+        EXPECT_EQ(landmark.position, first);
+      }
     }
   }
   writer.join();

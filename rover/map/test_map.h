@@ -7,8 +7,8 @@
 
 namespace rover {
 
-// A small monocular (or, with a baseline, stereo) world for tests: cameras on a line that look along
-// z at random points, every point seen by every camera in the feature of the same number.
+// A small monocular (or, with a baseline, stereo) world for tests: cameras on a line that look
+// along z at random points, every point seen by every camera in the feature of the same number.
 inline Rig test_rig(double baseline = 0) {
   const Camera camera(CameraModel::kPinhole, 640, 480, {450, 450, 320, 240}, {0, 0, 0, 0});
   Rig rig{{camera}, {SE3()}};

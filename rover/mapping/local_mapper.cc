@@ -11,7 +11,8 @@ namespace rover {
 void LocalMapperOptions::check() const {
   creation.check();
   adjustment.check();
-  require(window > 1 && max_fixed >= 0, "mapping.window must be above 1 and max_fixed not negative");
+  require(window > 1 && max_fixed >= 0,
+          "mapping.window must be above 1 and max_fixed not negative");
   require(redundant_share > 0 && redundant_share <= 1,
           "mapping.redundant_share is {}; use a share up to 1", redundant_share);
   require(kept_images >= 2, "mapping.kept_images is {}; use 2 or more", kept_images);
@@ -109,8 +110,7 @@ void LocalMapper::adjust_window(SharedMap& shared, KeyframeId keyframe,
     free.push_back(neighbour.keyframe);
   }
   if (view->keyframes().size() < 2) return;
-  MapProblem problem = gather_problem(*view, free, options_.max_fixed,
-                                      options_.creation.weighting);
+  MapProblem problem = gather_problem(*view, free, options_.max_fixed, options_.creation.weighting);
   BundleOptions options = options_.adjustment;
   options.should_stop = hurry;
   const BundleSummary summary = adjust(problem, options);

@@ -14,16 +14,16 @@ namespace rover {
 
 struct LocalMapperOptions {
   LandmarkCreationOptions creation;
-  int fusion_neighbours = 8;    // covisible keyframes searched for duplicates by projection
-  double fusion_radius = 3;     // px at 640 wide
-  int window = 12;              // free keyframes of the local adjustment
-  int max_fixed = 20;           // fixed ones around it
+  int fusion_neighbours = 8;  // covisible keyframes searched for duplicates by projection
+  double fusion_radius = 3;   // px at 640 wide
+  int window = 12;            // free keyframes of the local adjustment
+  int max_fixed = 20;         // fixed ones around it
   BundleOptions adjustment;
   double min_found_share = 0.25;  // of the frames that should have seen a young landmark
-  int min_observations = 3;     // keyframes that see a landmark ...
-  int probation = 3;            // ... so many keyframes after it was made
-  double redundant_share = 0.9;  // of a keyframe's landmarks seen by three others: culled
-  int kept_images = 20;         // newest keyframes whose images are kept for refinement
+  int min_observations = 3;       // keyframes that see a landmark ...
+  int probation = 3;              // ... so many keyframes after it was made
+  double redundant_share = 0.9;   // of a keyframe's landmarks seen by three others: culled
+  int kept_images = 20;           // newest keyframes whose images are kept for refinement
 
   void check() const;
 };
@@ -43,8 +43,8 @@ class LocalMapper {
   LocalMapper(const FeatureFamily& family, const LocalMapperOptions& options);
 
   // keyframe: committed to the map already. hurry, if set and true when asked (realtime: more
-  // keyframes wait), shortens the adjustment and the list of neighbours; triangulation with the best
-  // neighbour is never skipped.
+  // keyframes wait), shortens the adjustment and the list of neighbours; triangulation with the
+  // best neighbour is never skipped.
   MappingReport process(SharedMap& map, KeyframeId keyframe,
                         const std::function<bool()>& hurry = {});
 
@@ -59,8 +59,7 @@ class LocalMapper {
                                   const std::function<bool()>& hurry);
   int fuse_duplicates(Map& map, KeyframeId keyframe) const;
   int fuse_into(Map& map, KeyframeId target, const std::vector<LandmarkId>& landmarks) const;
-  void adjust_window(SharedMap& map, KeyframeId keyframe,
-                     const std::function<bool()>& hurry) const;
+  void adjust_window(SharedMap& map, KeyframeId keyframe, const std::function<bool()>& hurry) const;
   int cull_keyframes(Map& map, KeyframeId keyframe) const;
   void release_old_images(Map& map, KeyframeId keyframe);
 

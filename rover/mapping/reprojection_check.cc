@@ -30,8 +30,7 @@ bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int fea
   if (!map.observe(landmark, keyframe, feature)) return false;
   const Frame& frame = map.at(keyframe).frame;
   Observation observation = frame[feature];
-  const SE3 camera_from_world =
-      (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
+  const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
   if (refine_observation(map.at(landmark), map.rig().cameras[0], camera_from_world, frame.image,
                          refinement, observation)) {
     map.set_measurement(keyframe, feature, observation.pixel, observation.sigma);

@@ -36,9 +36,14 @@ SE3 world_from_camera(const Map& map, KeyframeId keyframe) {
 // One pair of features, and how they make a landmark.
 class PairTriangulator {
  public:
-  PairTriangulator(const Map& map, KeyframeId a, KeyframeId b, const LandmarkCreationOptions& options)
-      : map_(map), options_(options), a_(a), b_(b),
-        pose_a_(world_from_camera(map, a)), pose_b_(world_from_camera(map, b)) {}
+  PairTriangulator(const Map& map, KeyframeId a, KeyframeId b,
+                   const LandmarkCreationOptions& options)
+      : map_(map),
+        options_(options),
+        a_(a),
+        b_(b),
+        pose_a_(world_from_camera(map, a)),
+        pose_b_(world_from_camera(map, b)) {}
 
   std::optional<Eigen::Vector3d> point(int feature_a, int feature_b) const {
     auto point = by_parallax(feature_a, feature_b);
@@ -125,8 +130,8 @@ TriangulationCounts apply_matches(Map& map, KeyframeId keyframe, const Neighbour
   if (!map.find(keyframe) || !map.find(neighbour)) return counts;
   const PairTriangulator triangulator(map, keyframe, neighbour, options);
   const auto join = [&](LandmarkId landmark, KeyframeId observer, int feature) {
-    const double chi2 = reprojection_chi2(map, map.at(landmark).position, observer, feature,
-                                          options.weighting);
+    const double chi2 =
+        reprojection_chi2(map, map.at(landmark).position, observer, feature, options.weighting);
     counts.joined += chi2 < options.chi2 &&
                      observe_refined(map, landmark, observer, feature, options.refinement);
   };

@@ -10,12 +10,12 @@
 namespace rover {
 
 struct LandmarkCreationOptions {
-  int neighbours = 3;             // keyframes matched with the new one
-  double min_baseline = 0.01;     // of the median depth: nearer keyframes give no depth
-  double good_parallax = 5;       // deg between two views: more makes no better neighbour
-  double min_parallax = 1.0;      // deg between the two rays of a new landmark
-  double chi2 = 5.991;            // gate of the reprojection error ...
-  WeightingOptions weighting;     // ... normalised by this
+  int neighbours = 3;          // keyframes matched with the new one
+  double min_baseline = 0.01;  // of the median depth: nearer keyframes give no depth
+  double good_parallax = 5;    // deg between two views: more makes no better neighbour
+  double min_parallax = 1.0;   // deg between the two rays of a new landmark
+  double chi2 = 5.991;         // gate of the reprojection error ...
+  WeightingOptions weighting;  // ... normalised by this
   PatchRefinementOptions refinement;
 
   void check() const;

@@ -15,61 +15,59 @@ using Field = std::variant<int*, double*, float*, bool*, std::string*, std::uint
 using Fields = std::vector<std::pair<std::string, Field>>;
 
 void add_tracking(TrackerOptions& t, Fields& fields) {
-  fields.insert(
-      fields.end(),
-      {{"tracking.motion_radius", &t.motion_radius},
-       {"tracking.local_radius", &t.local_radius},
-       {"tracking.confident_inliers", &t.confident_inliers},
-       {"tracking.min_inliers", &t.min_inliers},
-       {"tracking.learned", &t.learned_tracking},
-       {"tracking.refine", &t.refine},
-       {"tracking.max_lost", &t.max_lost},
-       {"tracking.max_lost_young", &t.max_lost_young},
-       {"tracking.min_stereo_points", &t.min_stereo_points},
-       {"tracking.max_view_angle", &t.search.max_view_angle},
-       {"tracking.local_keyframes", &t.local_map.max_keyframes},
-       {"tracking.recent_keyframes", &t.local_map.recent_keyframes},
-       {"keyframe.min_tracked_share", &t.keyframe.min_tracked_share},
-       {"keyframe.max_parallax", &t.keyframe.max_parallax},
-       {"keyframe.max_rotation", &t.keyframe.max_rotation},
-       {"keyframe.min_landmarks", &t.keyframe.min_landmarks},
-       {"keyframe.min_near", &t.keyframe.min_near},
-       {"keyframe.min_new_near", &t.keyframe.min_new_near},
-       {"keyframe.min_inliers", &t.keyframe.min_inliers},
-       {"keyframe.min_gap", &t.keyframe.min_gap},
-       {"relocalization.min_matches", &t.relocalization.min_matches},
-       {"relocalization.min_inliers", &t.relocalization.min_inliers},
-       {"relocalization.ransac_sigma", &t.relocalization.ransac_sigma},
-       {"relocalization.recent_keyframes", &t.relocalization.recent_keyframes},
-       {"relocalization.tries_per_frame", &t.relocalization.tries_per_frame},
-       {"initialization.min_features", &t.initialization.min_features},
-       {"initialization.min_matches", &t.initialization.min_matches},
-       {"initialization.min_motion", &t.initialization.min_motion},
-       {"initialization.max_pending", &t.initialization.max_pending},
-       {"initialization.max_reference_age", &t.initialization.max_reference_age},
-       {"stereo.max_baselines", &t.stereo.max_baselines},
-       {"stereo.max_relative_sigma", &t.stereo.max_relative_sigma},
-       {"stereo.min_landmarks", &t.stereo.min_landmarks}});
+  fields.insert(fields.end(),
+                {{"tracking.motion_radius", &t.motion_radius},
+                 {"tracking.local_radius", &t.local_radius},
+                 {"tracking.confident_inliers", &t.confident_inliers},
+                 {"tracking.min_inliers", &t.min_inliers},
+                 {"tracking.learned", &t.learned_tracking},
+                 {"tracking.refine", &t.refine},
+                 {"tracking.max_lost", &t.max_lost},
+                 {"tracking.max_lost_young", &t.max_lost_young},
+                 {"tracking.min_stereo_points", &t.min_stereo_points},
+                 {"tracking.max_view_angle", &t.search.max_view_angle},
+                 {"tracking.local_keyframes", &t.local_map.max_keyframes},
+                 {"tracking.recent_keyframes", &t.local_map.recent_keyframes},
+                 {"keyframe.min_tracked_share", &t.keyframe.min_tracked_share},
+                 {"keyframe.max_parallax", &t.keyframe.max_parallax},
+                 {"keyframe.max_rotation", &t.keyframe.max_rotation},
+                 {"keyframe.min_landmarks", &t.keyframe.min_landmarks},
+                 {"keyframe.min_near", &t.keyframe.min_near},
+                 {"keyframe.min_new_near", &t.keyframe.min_new_near},
+                 {"keyframe.min_inliers", &t.keyframe.min_inliers},
+                 {"keyframe.min_gap", &t.keyframe.min_gap},
+                 {"relocalization.min_matches", &t.relocalization.min_matches},
+                 {"relocalization.min_inliers", &t.relocalization.min_inliers},
+                 {"relocalization.ransac_sigma", &t.relocalization.ransac_sigma},
+                 {"relocalization.recent_keyframes", &t.relocalization.recent_keyframes},
+                 {"relocalization.tries_per_frame", &t.relocalization.tries_per_frame},
+                 {"initialization.min_features", &t.initialization.min_features},
+                 {"initialization.min_matches", &t.initialization.min_matches},
+                 {"initialization.min_motion", &t.initialization.min_motion},
+                 {"initialization.max_pending", &t.initialization.max_pending},
+                 {"initialization.max_reference_age", &t.initialization.max_reference_age},
+                 {"stereo.max_baselines", &t.stereo.max_baselines},
+                 {"stereo.max_relative_sigma", &t.stereo.max_relative_sigma},
+                 {"stereo.min_landmarks", &t.stereo.min_landmarks}});
 }
 
 void add_mapping(LocalMapperOptions& m, Fields& fields) {
-  fields.insert(fields.end(),
-                {{"mapping.neighbours", &m.creation.neighbours},
-                 {"mapping.min_baseline", &m.creation.min_baseline},
-                 {"mapping.good_parallax", &m.creation.good_parallax},
-                 {"mapping.min_parallax", &m.creation.min_parallax},
-                 {"mapping.chi2", &m.creation.chi2},
-                 {"mapping.fusion_neighbours", &m.fusion_neighbours},
-                 {"mapping.fusion_radius", &m.fusion_radius},
-                 {"mapping.window", &m.window},
-                 {"mapping.max_fixed", &m.max_fixed},
-                 {"mapping.first_iterations", &m.adjustment.first_iterations},
-                 {"mapping.second_iterations", &m.adjustment.second_iterations},
-                 {"mapping.min_found_share", &m.min_found_share},
-                 {"mapping.min_observations", &m.min_observations},
-                 {"mapping.probation", &m.probation},
-                 {"mapping.redundant_share", &m.redundant_share},
-                 {"mapping.kept_images", &m.kept_images}});
+  fields.insert(fields.end(), {{"mapping.neighbours", &m.creation.neighbours},
+                               {"mapping.min_baseline", &m.creation.min_baseline},
+                               {"mapping.good_parallax", &m.creation.good_parallax},
+                               {"mapping.min_parallax", &m.creation.min_parallax},
+                               {"mapping.chi2", &m.creation.chi2},
+                               {"mapping.fusion_neighbours", &m.fusion_neighbours},
+                               {"mapping.fusion_radius", &m.fusion_radius},
+                               {"mapping.window", &m.window},
+                               {"mapping.max_fixed", &m.max_fixed},
+                               {"mapping.first_iterations", &m.adjustment.first_iterations},
+                               {"mapping.second_iterations", &m.adjustment.second_iterations},
+                               {"mapping.min_found_share", &m.min_found_share},
+                               {"mapping.min_observations", &m.min_observations},
+                               {"mapping.probation", &m.probation},
+                               {"mapping.redundant_share", &m.redundant_share},
+                               {"mapping.kept_images", &m.kept_images}});
 }
 
 // Every setting by its key. The one list that reading and writing are made from.
@@ -124,8 +122,8 @@ class ConfigReader {
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
     const auto field = fields_.find(key);
     if (field == fields_.end()) {
-      throw InputError("{}:{}: unknown key '{}'; docs/configuration.md lists the known ones",
-                       file_, name.Mark().line + 1, key);
+      throw InputError("{}:{}: unknown key '{}'; docs/configuration.md lists the known ones", file_,
+                       name.Mark().line + 1, key);
     }
     std::visit([&](auto* target) { assign(key, value, *target); }, field->second);
   }

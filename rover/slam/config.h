@@ -31,14 +31,14 @@ enum class Execution {
   kConcurrent,  // mapping runs on a thread of its own
 };
 
-// Everything that can be set, with the defaults that docs/results.md was made with. Written as YAML:
-// see docs/configuration.md for the keys.
+// Everything that can be set, with the defaults that docs/results.md was made with. Written as
+// YAML: see docs/configuration.md for the keys.
 struct Config {
   std::string family = "xfeat-corner";
   std::uint64_t seed = 1;
   RuntimeOptions runtime;
   Execution execution = Execution::kLockstep;
-  int mapping_queue = 8;  // keyframes that may wait for mapping (concurrent)
+  int mapping_queue = 8;              // keyframes that may wait for mapping (concurrent)
   WeightingOptions weighting;         // used by all stages
   PatchRefinementOptions refinement;  // likewise
   ExtractionConfig extraction;
@@ -53,8 +53,8 @@ struct Config {
   void distribute(const GuidedMatchingOptions& guided);
 };
 
-// Sets what a YAML file says; other settings stay. Unknown keys, values of the wrong kind and values
-// that make no sense are errors (InputError) that name the file and the line.
+// Sets what a YAML file says; other settings stay. Unknown keys, values of the wrong kind and
+// values that make no sense are errors (InputError) that name the file and the line.
 void load_config(const std::filesystem::path& file, Config& config);
 
 // All keys with their values as text, in the order of the file format.

@@ -90,8 +90,9 @@ TEST(Config, KeysStandForThemselvesOnly) {
 }
 
 TEST(Config, KeysMayBeNested) {
-  const Config nested = loaded("# a comment\nkeyframe:\n  max_parallax: 44.5\n  min_gap: 3\n"
-                               "tracking:\n  learned: true\nseed: 7\n");
+  const Config nested = loaded(
+      "# a comment\nkeyframe:\n  max_parallax: 44.5\n  min_gap: 3\n"
+      "tracking:\n  learned: true\nseed: 7\n");
   EXPECT_EQ(nested.tracking.keyframe.max_parallax, 44.5);
   EXPECT_EQ(nested.tracking.keyframe.min_gap, 3);
   EXPECT_TRUE(nested.tracking.learned_tracking);

@@ -20,8 +20,8 @@ class MappingWorker {
   MappingWorker(LocalMapper mapper, Execution execution, int queue_capacity);
   ~MappingWorker();
 
-  // Maps a keyframe (lockstep) or queues it (concurrent; waits while the queue is full). Throws what
-  // the mapping of an earlier keyframe threw.
+  // Maps a keyframe (lockstep) or queues it (concurrent; waits while the queue is full). Throws
+  // what the mapping of an earlier keyframe threw.
   void submit(std::shared_ptr<SharedMap> map, KeyframeId keyframe, FrameId frame);
 
   // Waits until nothing is queued or under way.

@@ -20,8 +20,7 @@ void check_rig(const Rig& rig, Mode mode) {
 Rig cameras_for(const Rig& rig, Mode mode) {
   Rig used = rig;
   const std::size_t count = mode == Mode::kStereo ? 2 : 1;
-  used.cameras.erase(used.cameras.begin() + static_cast<std::ptrdiff_t>(count),
-                     used.cameras.end());
+  used.cameras.erase(used.cameras.begin() + static_cast<std::ptrdiff_t>(count), used.cameras.end());
   used.body_from_camera.resize(count);
   return used;
 }
@@ -64,8 +63,7 @@ class System::Implementation {
     worker_.reset();
     builder_ = std::make_unique<FrameBuilder>(rig_, family_, frame_options_, mask_);
     atlas_ = std::make_shared<Atlas>(rig_);
-    tracker_ =
-        std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
+    tracker_ = std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
     worker_ = std::make_unique<MappingWorker>(LocalMapper(mapping_family(), config_.mapping),
                                               config_.execution, config_.mapping_queue);
     placed_.clear();

@@ -46,8 +46,9 @@ class System {
   System(const System&) = delete;
   System& operator=(const System&) = delete;
 
-  // Tracks the next frame. time: ns, must increase. Images: 8 bit, one channel, of the calibration's
-  // size; `right` may be empty in stereo (the frame is used as mono). Throws InputError otherwise.
+  // Tracks the next frame. time: ns, must increase. Images: 8 bit, one channel, of the
+  // calibration's size; `right` may be empty in stereo (the frame is used as mono). Throws
+  // InputError otherwise.
   TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right = {});
 
   // Waits until mapping has done all it was given.

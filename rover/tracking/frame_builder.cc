@@ -25,8 +25,7 @@ Frame FrameBuilder::build(FrameId id, Timestamp time, const cv::Mat& left, const
   frame.id = id;
   frame.time = time;
   frame.image = left;
-  frame.features =
-      std::make_shared<const FeatureSet>(family_.extractor->extract(left, request));
+  frame.features = std::make_shared<const FeatureSet>(family_.extractor->extract(left, request));
   const FeatureSet& features = *frame.features;
   frame.observations.resize(features.positions.size());
   for (int i = 0; i < frame.size(); ++i) {

@@ -12,7 +12,8 @@ struct Gathered {
   void add(const Frame& frame, int feature, const Eigen::Vector3d& point, bool landmark,
            const WeightingOptions& weighting) {
     const Observation& left = frame[feature];
-    append({point, left.pixel.cast<double>(), 0, effective_sigma(left.sigma, weighting)}, feature, landmark);
+    append({point, left.pixel.cast<double>(), 0, effective_sigma(left.sigma, weighting)}, feature,
+           landmark);
     if (const StereoObservation* right = frame.stereo_of(feature)) {
       append({point, right->pixel.cast<double>(), 1, effective_sigma(right->sigma, weighting)},
              feature, landmark);
@@ -43,8 +44,7 @@ FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& option
     gathered.add(frame, feature, point, false, weighting);
   }
   FramePose result;
-  result.estimate =
-      optimize_pose(map.rig(), frame.world_from_body, gathered.observations, options);
+  result.estimate = optimize_pose(map.rig(), frame.world_from_body, gathered.observations, options);
   if (!result.estimate.converged) return result;
   frame.world_from_body = result.estimate.world_from_body;
   for (std::size_t i = 0; i < gathered.features.size(); ++i) {

@@ -5,9 +5,9 @@
 namespace rover {
 
 struct StereoLandmarkOptions {
-  double max_baselines = 40;      // depth in baselines up to which a stereo point is near
+  double max_baselines = 40;        // depth in baselines up to which a stereo point is near
   double max_relative_sigma = 0.1;  // depth_sigma / depth: beyond, the point waits for parallax
-  int min_landmarks = 100;        // when fewer are near, the nearest so many are taken
+  int min_landmarks = 100;          // when fewer are near, the nearest so many are taken
 
   void check() const;
 };

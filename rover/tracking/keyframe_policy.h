@@ -22,20 +22,20 @@ struct KeyframePolicyOptions {
 
 // What the decision looks at.
 struct KeyframeEvidence {
-  int inliers = 0;                 // landmarks tracked in this frame
-  int reference_landmarks = 0;     // well established ones of the reference keyframe
-  double parallax = 0;             // px
-  double rotation = 0;             // deg
+  int inliers = 0;              // landmarks tracked in this frame
+  int reference_landmarks = 0;  // well established ones of the reference keyframe
+  double parallax = 0;          // px
+  double rotation = 0;          // deg
   int frames_since_keyframe = 0;
   bool stereo = false;
-  int near_tracked = 0;            // stereo: near landmarks tracked
-  int near_new = 0;                // stereo: near features that are no landmarks
+  int near_tracked = 0;  // stereo: near landmarks tracked
+  int near_new = 0;      // stereo: near features that are no landmarks
 };
 
 bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options);
 
 // Gathers the evidence for a tracked frame. near_depth: m, up to which a stereo point is near.
-KeyframeEvidence gather_keyframe_evidence(const Map& map, const Frame& frame,
-                                          KeyframeId reference, double near_depth);
+KeyframeEvidence gather_keyframe_evidence(const Map& map, const Frame& frame, KeyframeId reference,
+                                          double near_depth);
 
 }  // namespace rover

@@ -38,18 +38,17 @@ constexpr Case kCases[] = {
     {"landmarks run out, however soon",
      [](KeyframeEvidence& e) { e.inliers = 50, e.frames_since_keyframe = 0; }, true},
     {"too few to be sure of the pose", [](KeyframeEvidence& e) { e.inliers = 14; }, false},
-    {"near points run out", [](KeyframeEvidence& e) {
+    {"near points run out",
+     [](KeyframeEvidence& e) {
        e.stereo = true, e.near_tracked = 90, e.near_new = 80, e.frames_since_keyframe = 0;
-     }, true},
-    {"near points run out, none to be had", [](KeyframeEvidence& e) {
-       e.stereo = true, e.near_tracked = 90, e.near_new = 60;
-     }, false},
-    {"enough near points", [](KeyframeEvidence& e) {
-       e.stereo = true, e.near_tracked = 110, e.near_new = 300;
-     }, false},
-    {"near points mean nothing to one camera", [](KeyframeEvidence& e) {
-       e.near_tracked = 0, e.near_new = 300;
-     }, false},
+     },
+     true},
+    {"near points run out, none to be had",
+     [](KeyframeEvidence& e) { e.stereo = true, e.near_tracked = 90, e.near_new = 60; }, false},
+    {"enough near points",
+     [](KeyframeEvidence& e) { e.stereo = true, e.near_tracked = 110, e.near_new = 300; }, false},
+    {"near points mean nothing to one camera",
+     [](KeyframeEvidence& e) { e.near_tracked = 0, e.near_new = 300; }, false},
 };
 
 TEST(KeyframePolicy, DecidesByTheTable) {
@@ -96,8 +95,7 @@ TEST(KeyframeEvidence, TellsTurningFromMoving) {
   EXPECT_EQ(turned.inliers, 45);
   EXPECT_EQ(turned.reference_landmarks, 60);
   EXPECT_FALSE(turned.stereo);
-  const auto moved =
-      evidence_at(SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.4, 0, 0)));
+  const auto moved = evidence_at(SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.4, 0, 0)));
   EXPECT_NEAR(moved.rotation, 0, 1e-6);
   EXPECT_NEAR(moved.parallax, 450 * 0.4 / 4, 12);  // points lie 3 to 5 m away
 }

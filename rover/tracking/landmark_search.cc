@@ -32,8 +32,8 @@ int search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
     if (!landmark || seen.contains(id)) continue;
     const auto pixel = predict_pixel(*landmark, camera, world_from_camera, options.max_view_angle);
     if (!pixel) continue;
-    queries.push_back({pixel->cast<float>(), options.radius,
-                       landmark->appearance->descriptor.data()});
+    queries.push_back(
+        {pixel->cast<float>(), options.radius, landmark->appearance->descriptor.data()});
     ids.push_back(id);
   }
   const auto matches = match_guided(queries, grid, options.guided, free);
@@ -46,14 +46,13 @@ int search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
 
 int refine_observations(const Map& map, const PatchRefinementOptions& options, Frame& frame) {
   const Camera& camera = map.rig().cameras[0];
-  const SE3 camera_from_world =
-      (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
+  const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
   int refined = 0;
   for (Observation& observation : frame.observations) {
     const Landmark* landmark = map.find(observation.landmark);
     if (!landmark || observation.refined) continue;
-    refined += refine_observation(*landmark, camera, camera_from_world, frame.image, options,
-                                  observation);
+    refined +=
+        refine_observation(*landmark, camera, camera_from_world, frame.image, options, observation);
   }
   return refined;
 }

@@ -10,8 +10,8 @@
 namespace rover {
 
 struct LandmarkSearchOptions {
-  float radius = 8;              // px, of the gate around the projection
-  double max_view_angle = 60;    // deg between the viewing ray and the reference one
+  float radius = 8;            // px, of the gate around the projection
+  double max_view_angle = 60;  // deg between the viewing ray and the reference one
   GuidedMatchingOptions guided;
 
   void check() const;

@@ -37,8 +37,8 @@ MonoInitializer::MonoInitializer(std::shared_ptr<const Rig> rig,
 
 std::optional<InitialViews> MonoInitializer::offer(Frame frame) {
   const bool rich = frame.size() >= options_.min_features;
-  const bool stale = reference_ && frame.id.value - reference_->id.value >
-                                       options_.max_reference_age;
+  const bool stale =
+      reference_ && frame.id.value - reference_->id.value > options_.max_reference_age;
   if (reference_ && !stale) {
     const auto matches = matcher_->match({*reference_->features, &reference_->image},
                                          {*frame.features, &frame.image});

@@ -14,10 +14,10 @@
 namespace rover {
 
 struct MonoInitializerOptions {
-  int min_features = 100;      // a frame with fewer is no reference
-  int min_matches = 60;        // fewer: the reference is given up for the current frame
-  double min_motion = 12;      // px at 640 wide, median motion of matches before a solution is tried
-  int max_pending = 60;        // frames kept, to be placed once there is a map
+  int min_features = 100;  // a frame with fewer is no reference
+  int min_matches = 60;    // fewer: the reference is given up for the current frame
+  double min_motion = 12;  // px at 640 wide, median motion of matches before a solution is tried
+  int max_pending = 60;    // frames kept, to be placed once there is a map
   int max_reference_age = 90;  // frames after which the reference is given up
   TwoViewOptions two_view;
 

@@ -33,9 +33,8 @@ int transfer_landmarks(const Frame& known, const std::vector<Match>& matches, Fr
 }
 
 Relocalizer::Relocalizer(std::shared_ptr<const Matcher> matcher,
-                         const RelocalizationOptions& options,
-                         const PoseOptimizationOptions& pose, const WeightingOptions& weighting,
-                         std::uint64_t seed)
+                         const RelocalizationOptions& options, const PoseOptimizationOptions& pose,
+                         const WeightingOptions& weighting, std::uint64_t seed)
     : matcher_(std::move(matcher)),
       options_(options),
       pose_(pose),
@@ -48,8 +47,8 @@ bool Relocalizer::locate(const Map& map, KeyframeId keyframe, Frame& frame) cons
   const SE3 before = frame.world_from_body;
   clear_landmarks(frame);
   const Frame& known = map.at(keyframe).frame;
-  const auto matches = matcher_->match({*known.features, &known.image},
-                                       {*frame.features, &frame.image});
+  const auto matches =
+      matcher_->match({*known.features, &known.image}, {*frame.features, &frame.image});
   if (transfer_landmarks(known, matches, frame) >= options_.min_matches &&
       solve_absolute_pose(map, frame) &&
       solve_frame_pose(map, pose_, weighting_, frame).landmarks >= options_.min_inliers) {

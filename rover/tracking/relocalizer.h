@@ -10,11 +10,11 @@
 namespace rover {
 
 struct RelocalizationOptions {
-  int min_matches = 15;         // with landmarks, before RANSAC
-  int min_inliers = 15;         // after the pose adjustment
-  double ransac_sigma = 1.5;    // px: inliers lie within 2.4 times this
-  int recent_keyframes = 10;    // tried when lost ...
-  int tries_per_frame = 2;      // ... so many in each frame
+  int min_matches = 15;       // with landmarks, before RANSAC
+  int min_inliers = 15;       // after the pose adjustment
+  double ransac_sigma = 1.5;  // px: inliers lie within 2.4 times this
+  int recent_keyframes = 10;  // tried when lost ...
+  int tries_per_frame = 2;    // ... so many in each frame
 
   void check() const;
 };

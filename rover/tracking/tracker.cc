@@ -16,10 +16,14 @@ enum Purpose : std::uint64_t { kRelocalization = 1, kInitialization = 2 };
 
 const char* to_string(TrackingState state) {
   switch (state) {
-    case TrackingState::kWaiting: return "waiting";
-    case TrackingState::kOk: return "ok";
-    case TrackingState::kDeadReckoning: return "dead-reckoning";
-    case TrackingState::kLost: return "lost";
+    case TrackingState::kWaiting:
+      return "waiting";
+    case TrackingState::kOk:
+      return "ok";
+    case TrackingState::kDeadReckoning:
+      return "dead-reckoning";
+    case TrackingState::kLost:
+      return "lost";
   }
   return "";
 }
@@ -50,8 +54,7 @@ Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
       pixel_scale_(rig_->cameras[0].width() / kReferenceWidth),
       relocalizer_(family.matcher, options.relocalization, options.pose, options.weighting,
                    hash_seed(seed, kRelocalization)),
-      initializer_(rig_, family.matcher, options.initialization,
-                   hash_seed(seed, kInitialization)) {
+      initializer_(rig_, family.matcher, options.initialization, hash_seed(seed, kInitialization)) {
   options_.check();
 }
 
@@ -134,8 +137,7 @@ void Tracker::lose(const Frame& frame, TrackingResult& result) {
 bool Tracker::may_begin_map(const Map* map, Timestamp now) const {
   if (!map) return true;
   const bool young = map->keyframes().size() < kYoungMap;
-  return seconds_between(lost_since_, now) >=
-         (young ? options_.max_lost_young : options_.max_lost);
+  return seconds_between(lost_since_, now) >= (young ? options_.max_lost_young : options_.max_lost);
 }
 
 void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult& result) {

@@ -25,10 +25,10 @@ struct TrackerOptions {
   int confident_inliers = 25;  // fewer after guided search from the last frame: learned matching
   int min_inliers = 20;        // fewer in the local map: lost
   bool learned_tracking = false;  // always match the last frame with the learned matcher
-  bool refine = true;          // refine observations photometrically in every frame
-  double max_lost = 2.0;       // s after which a new map may be begun ...
-  double max_lost_young = 0.3;  // ... when the map lost has less than 5 keyframes
-  int min_stereo_points = 100;  // to begin a map from one stereo frame
+  bool refine = true;             // refine observations photometrically in every frame
+  double max_lost = 2.0;          // s after which a new map may be begun ...
+  double max_lost_young = 0.3;    // ... when the map lost has less than 5 keyframes
+  int min_stereo_points = 100;    // to begin a map from one stereo frame
   LandmarkSearchOptions search;
   PatchRefinementOptions refinement;
   PoseOptimizationOptions pose;
@@ -46,8 +46,8 @@ struct TrackerOptions {
 // The first stage: where is each frame? See DESIGN, section 2.
 class Tracker {
  public:
-  Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
-          const FeatureFamily& family, const TrackerOptions& options, std::uint64_t seed);
+  Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig, const FeatureFamily& family,
+          const TrackerOptions& options, std::uint64_t seed);
 
   TrackingResult track(Frame frame);
 
@@ -91,8 +91,8 @@ class Tracker {
 
   std::shared_ptr<SharedMap> map_;
   TrackingState state_ = TrackingState::kWaiting;
-  std::optional<Frame> last_;      // the last frame tracked
-  KeyframeId reference_;           // of the last frame
+  std::optional<Frame> last_;  // the last frame tracked
+  KeyframeId reference_;       // of the last frame
   SE3 reference_from_last_;
   Vector6d velocity_ = Vector6d::Zero();  // per second, body frame
   bool velocity_known_ = false;

@@ -17,14 +17,13 @@ void Tracker::begin_map(Frame frame, TrackingResult& result) {
 
 void Tracker::begin_stereo_map(Frame frame, TrackingResult& result) {
   const auto& stereo = *frame.stereo;
-  const auto points = std::count_if(stereo.begin(), stereo.end(),
-                                    [](const auto& point) { return point.valid(); });
+  const auto points =
+      std::count_if(stereo.begin(), stereo.end(), [](const auto& point) { return point.valid(); });
   if (points < options_.min_stereo_points) return;
   clear_landmarks(frame);
   frame.world_from_body = rig_->body_from_camera[0].inverse();
   map_ = atlas_->begin_map();
-  reference_ = map_->commit(
-      [&](Map& map) { return insert_keyframe(map, frame, options_.stereo); });
+  reference_ = map_->commit([&](Map& map) { return insert_keyframe(map, frame, options_.stereo); });
   const auto view = map_->view();
   frame.observations = view->at(reference_).frame.observations;
   result.inliers = result.matches = frame.landmark_count();
@@ -45,8 +44,7 @@ void Tracker::begin_mono_map(Frame frame, TrackingResult& result) {
   auto trial = std::make_shared<SharedMap>(atlas_->blank_map());
   const KeyframeId keyframe = trial->commit([&](Map& map) {
     return build_initial_map(map, std::move(*views), options_.initialization.min_matches,
-                             options_.refinement, options_.weighting,
-                             options_.initial_adjustment);
+                             options_.refinement, options_.weighting, options_.initial_adjustment);
   });
   if (!keyframe.valid()) return;
   atlas_->add_map(trial);

@@ -53,8 +53,7 @@ std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid, d
   std::vector<TemporaryPoint> points;
   if (!last_->stereo) return points;
   const Camera& camera = rig_->cameras[0];
-  const SE3 camera_from_world =
-      (frame.world_from_body * rig_->body_from_camera[0]).inverse();
+  const SE3 camera_from_world = (frame.world_from_body * rig_->body_from_camera[0]).inverse();
   const double near = near_depth(*rig_, options_.stereo);
   std::vector<GuidedQuery> queries;
   for (int i = 0; i < last_->size(); ++i) {
@@ -84,8 +83,8 @@ std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid, d
 bool Tracker::match_by_learning(const Map& map, Frame& frame) {
   clear_landmarks(frame);
   frame.world_from_body = last_->world_from_body;
-  const auto matches = family_.matcher->match({*last_->features, &last_->image},
-                                              {*frame.features, &frame.image});
+  const auto matches =
+      family_.matcher->match({*last_->features, &last_->image}, {*frame.features, &frame.image});
   transfer_landmarks(*last_, matches, frame);
   std::vector<TemporaryPoint> temporary;
   for (const Match& match : matches) {
@@ -95,8 +94,7 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
   }
   const FramePose solved =
       solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
-  return solved.estimate.converged &&
-         solved.landmarks + solved.temporary >= options_.min_inliers;
+  return solved.estimate.converged && solved.landmarks + solved.temporary >= options_.min_inliers;
 }
 
 bool Tracker::match_to_reference(const Map& map, Frame& frame) {
@@ -110,8 +108,8 @@ bool Tracker::relocalize(const Map& map, Frame& frame) {
   KeyframeId id = map.newest_keyframe();
   const auto wanted = static_cast<std::size_t>(options_.relocalization.recent_keyframes);
   for (; id.valid() && recent.size() < wanted; id = map.at(id).parent) recent.push_back(id);
-  const int tries = std::min<int>(options_.relocalization.tries_per_frame,
-                                  static_cast<int>(recent.size()));
+  const int tries =
+      std::min<int>(options_.relocalization.tries_per_frame, static_cast<int>(recent.size()));
   for (int i = 0; i < tries; ++i) {
     const auto turn = static_cast<std::size_t>(relocalization_turn_++) % recent.size();
     if (!relocalizer_.locate(map, recent[turn], frame)) continue;

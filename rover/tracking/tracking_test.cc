@@ -153,9 +153,7 @@ TEST(LocalMap, StaysSmall) {
   EXPECT_GT(choose_local_map(map, frame, {2}, options).landmarks.size(), local.landmarks.size());
 }
 
-Relocalizer relocalizer() {
-  return {std::make_shared<EqualIndexMatcher>(), {}, {}, {}, 1};
-}
+Relocalizer relocalizer() { return {std::make_shared<EqualIndexMatcher>(), {}, {}, {}, 1}; }
 
 TEST(Relocalizer, FindsAFrameWithoutAnyPrediction) {
   const Map map = test_map(5, kPoints);

@@ -55,7 +55,11 @@ install(FILES ${PROJECT_BINARY_DIR}/roverConfig.cmake ${PROJECT_BINARY_DIR}/rove
   DESTINATION ${rover_cmake_dir})
 
 if(ROVER_BUILD_TESTS AND TARGET rover AND EXISTS ${PROJECT_SOURCE_DIR}/examples/minimal/main.cc)
-  set(rover_sanitize_flags $<$<BOOL:${ROVER_SANITIZE}>:-fsanitize=${ROVER_SANITIZE}>)
+  # Not by a generator expression: the list of sanitizers has commas.
+  set(rover_sanitize_flags "")
+  if(ROVER_SANITIZE)
+    set(rover_sanitize_flags -fsanitize=${ROVER_SANITIZE})
+  endif()
   add_test(NAME install.find_package COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR}
     -DSOURCE=${PROJECT_SOURCE_DIR} -DWORK=${PROJECT_BINARY_DIR}/install-test
     -DFLAGS=${rover_sanitize_flags} -P ${PROJECT_SOURCE_DIR}/examples/test_install.cmake)

@@ -24,7 +24,16 @@ using Trajectory = std::vector<StampedPose>;
 Trajectory read_tum_trajectory(const std::filesystem::path& file,
                                std::vector<std::string>* notes = nullptr);
 
-// The same format with nine decimals.
+// Reads a ground truth of EuRoC: "nanoseconds,tx,ty,tz,qw,qx,qy,qz" per line and whatever follows.
+// Otherwise as above.
+Trajectory read_euroc_trajectory(const std::filesystem::path& file,
+                                 std::vector<std::string>* notes = nullptr);
+
+// Either of them: EuRoC's where the name, but for a last ".gz", ends in ".csv".
+Trajectory read_trajectory(const std::filesystem::path& file,
+                           std::vector<std::string>* notes = nullptr);
+
+// The TUM format with nine decimals.
 std::string format_tum_trajectory(const Trajectory& trajectory);
 
 // Writes it under a temporary name and renames: the file is whole or absent. Throws InputError.

@@ -8,6 +8,7 @@ find_package(fmt REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(Threads REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(opengv REQUIRED)
 
 find_path(ONNXRUNTIME_INCLUDE_DIR onnxruntime_c_api.h

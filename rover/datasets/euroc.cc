@@ -1,9 +1,7 @@
 // EuRoC ASL folders: mav0/cam0, cam1, imu0, state_groundtruth_estimate0. TUM-VI shares the layout,
 // with its calibration in dso/ and the ground truth in mocap0.
-#include <algorithm>
-#include <array>
-
 #include "rover/base/error.h"
+#include "rover/datasets/imu_file.h"
 #include "rover/datasets/sequence.h"
 #include "rover/datasets/text_rows.h"
 
@@ -31,21 +29,6 @@ std::vector<StampedFile> read_images(const fs::path& camera, std::vector<std::st
     return StampedFile{parse_nanoseconds_field(row.fields[0]), camera / "data" / row.fields[1]};
   };
   return read_timed_rows<StampedFile>(camera / "data.csv", ',', parse, &notes);
-}
-
-ImuSample parse_imu_row(const TextRow& row) {
-  require_fields(row, 7);
-  std::array<double, 6> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = parse_number(row.fields[i + 1]);
-  return {parse_nanoseconds_field(row.fields[0]), {v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
-}
-
-StampedPose parse_ground_truth_row(const TextRow& row) {
-  require_fields(row, 8);
-  std::array<double, 7> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = parse_number(row.fields[i + 1]);
-  return {parse_nanoseconds_field(row.fields[0]),
-          {checked_quaternion(v[3], v[4], v[5], v[6]), Eigen::Vector3d(v[0], v[1], v[2])}};
 }
 
 RigCalibration read_sensor_files(const fs::path& root, bool stereo) {
@@ -93,8 +76,7 @@ void read_imu(const fs::path& root, const DatasetOptions& options, Sequence& seq
           "{}: has no imu0 folder; choose a mode without inertial data", root.string());
   const ImuFileCalibration calibration = read_imu_calibration(imu_calibration_file(root, options));
   sequence.imu_calibration = calibration.imu;
-  sequence.imu =
-      read_timed_rows<ImuSample>(root / "imu0" / "data.csv", ',', parse_imu_row, &sequence.notes);
+  sequence.imu = read_imu_file(root / "imu0" / "data.csv", &sequence.notes);
   require(sequence.imu.front().time <= sequence.frames.back().time &&
               sequence.imu.back().time >= sequence.frames.front().time,
           "{}: inertial data and images do not overlap in time; are both of one clock?",
@@ -105,9 +87,7 @@ void read_imu(const fs::path& root, const DatasetOptions& options, Sequence& seq
 Trajectory read_ground_truth(const fs::path& root, std::vector<std::string>& notes) {
   for (const char* folder : {"state_groundtruth_estimate0", "mocap0"}) {
     const fs::path file = root / folder / "data.csv";
-    if (fs::exists(file)) {
-      return read_timed_rows<StampedPose>(file, ',', parse_ground_truth_row, &notes);
-    }
+    if (fs::exists(file)) return read_euroc_trajectory(file, &notes);
   }
   return {};
 }

@@ -1,9 +1,11 @@
 #include "rover/datasets/text_rows.h"
 
+#include <zlib.h>
+
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
+#include <memory>
 #include <system_error>
 
 namespace rover {
@@ -55,6 +57,19 @@ Timestamp checked_time(std::optional<Timestamp> time, std::string_view field) {
   return *time;
 }
 
+struct CloseGzip {
+  void operator()(gzFile file) const { gzclose(file); }
+};
+using GzipFile = std::unique_ptr<gzFile_s, CloseGzip>;
+
+// False at the end and on errors, which gzerror() tells apart.
+bool append_block(gzFile stream, std::string& text) {
+  std::array<char, 1 << 16> block;
+  const int count = gzread(stream, block.data(), static_cast<unsigned>(block.size()));
+  if (count > 0) text.append(block.data(), static_cast<std::size_t>(count));
+  return count > 0;
+}
+
 }  // namespace
 
 std::string read_text_file(const std::filesystem::path& file) {
@@ -63,13 +78,17 @@ std::string read_text_file(const std::filesystem::path& file) {
           "{}: no such file; check the path and that the dataset is complete", file.string());
   const auto size = std::filesystem::file_size(file, error);
   require(!error && size <= kMaxBytes, "{}: too large for a text file", file.string());
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  // An empty file sets failbit on the output, which is no error.
-  if (stream && size > 0) text << stream.rdbuf();
-  require(!stream.fail() && !stream.bad(), "{}: cannot be read; check its permissions",
+  const GzipFile stream(gzopen(file.c_str(), "rb"));
+  require(stream != nullptr, "{}: cannot be read; check its permissions", file.string());
+  std::string text;
+  while (append_block(stream.get(), text)) {
+    require(text.size() <= kMaxBytes, "{}: too large for a text file", file.string());
+  }
+  int code = Z_OK;
+  gzerror(stream.get(), &code);
+  require(code == Z_OK, "{}: cannot be read; check its permissions and that it is whole",
           file.string());
-  return std::move(text).str();
+  return text;
 }
 
 std::vector<TextRow> split_rows(std::string_view text, char separator) {

@@ -1,5 +1,7 @@
 #include "rover/datasets/trajectory.h"
 
+#include <array>
+
 #include <fmt/format.h>
 
 #include "rover/base/error.h"
@@ -9,18 +11,40 @@
 namespace rover {
 namespace {
 
-StampedPose parse_tum_row(const TextRow& row) {
+std::array<double, 7> pose_numbers(const TextRow& row) {
   require_fields(row, 8);
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = parse_number(row.fields[i + 1]);
+  return v;
+}
+
+StampedPose parse_tum_row(const TextRow& row) {
+  const auto v = pose_numbers(row);
   return {parse_seconds_field(row.fields[0]),
           {checked_quaternion(v[6], v[3], v[4], v[5]), Eigen::Vector3d(v[0], v[1], v[2])}};
+}
+
+StampedPose parse_euroc_row(const TextRow& row) {
+  const auto v = pose_numbers(row);
+  return {parse_nanoseconds_field(row.fields[0]),
+          {checked_quaternion(v[3], v[4], v[5], v[6]), Eigen::Vector3d(v[0], v[1], v[2])}};
 }
 
 }  // namespace
 
 Trajectory read_tum_trajectory(const std::filesystem::path& file, std::vector<std::string>* notes) {
   return read_timed_rows<StampedPose>(file, ' ', parse_tum_row, notes);
+}
+
+Trajectory read_euroc_trajectory(const std::filesystem::path& file,
+                                 std::vector<std::string>* notes) {
+  return read_timed_rows<StampedPose>(file, ',', parse_euroc_row, notes);
+}
+
+Trajectory read_trajectory(const std::filesystem::path& file, std::vector<std::string>* notes) {
+  const auto name = file.extension() == ".gz" ? file.stem() : file.filename();
+  return name.extension() == ".csv" ? read_euroc_trajectory(file, notes)
+                                    : read_tum_trajectory(file, notes);
 }
 
 std::string format_tum_trajectory(const Trajectory& trajectory) {

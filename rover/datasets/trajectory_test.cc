@@ -1,5 +1,7 @@
 #include "rover/datasets/trajectory.h"
 
+#include <zlib.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +15,13 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
+
+void pack(const std::string& text, const std::filesystem::path& file) {
+  const gzFile stream = gzopen(file.c_str(), "wb");
+  ASSERT_EQ(gzwrite(stream, text.data(), static_cast<unsigned>(text.size())),
+            static_cast<int>(text.size()));
+  ASSERT_EQ(gzclose(stream), Z_OK);
+}
 
 TEST(Trajectory, WritesWhatItReads) {
   Random random(1);
@@ -75,6 +84,34 @@ TEST(Trajectory, RefusesOtherFiles) {
   EXPECT_THAT(input_error_of([&] { read_tum_trajectory(folder / "t.txt"); }), HasSubstr("line 1"));
   EXPECT_THAT(input_error_of([&] { write_tum_trajectory(folder / "no/t.txt", {}); }),
               HasSubstr("cannot be written"));
+}
+
+TEST(Trajectory, ReadsGroundTruthsPackedOrNot) {
+  const TestFolder folder;
+  folder.write("t.csv", "#timestamp, p, q\n1500000000,1,2,3,0,1,0,0,9,9,9\n1600000000,4,5,6,1,0,0,0");
+  folder.write("t.txt", "1.5 1 2 3 1 0 0 0\n1.6 4 5 6 0 0 0 1\n");
+  const Trajectory expected = read_trajectory(folder / "t.txt");
+  ASSERT_THAT(expected, SizeIs(2));
+  for (const char* name : {"t.csv", "t.txt"}) {
+    const std::string packed = std::string(name) + ".gz";
+    pack(folder.read(name), folder / packed);
+    EXPECT_LT(std::filesystem::file_size(folder / packed), 100U);
+    for (const auto& file : {folder / name, folder / packed}) {
+      const Trajectory read = read_trajectory(file);
+      EXPECT_EQ(format_tum_trajectory(read), format_tum_trajectory(expected)) << file;
+    }
+  }
+}
+
+TEST(Trajectory, RefusesPackedFilesThatAreCutOff) {
+  const TestFolder folder;
+  pack("1.5 1 2 3 1 0 0 0\n1.6 4 5 6 0 0 0 1\n", folder / "whole.txt.gz");
+  const std::string whole = folder.read("whole.txt.gz");
+  folder.write("cut.txt.gz", whole.substr(0, whole.size() - 12));
+  EXPECT_THAT(input_error_of([&] { read_trajectory(folder / "cut.txt.gz"); }), HasSubstr("whole"));
+  folder.write("damaged.txt.gz", std::string(whole).replace(20, 3, "???"));
+  EXPECT_THAT(input_error_of([&] { read_trajectory(folder / "damaged.txt.gz"); }),
+              HasSubstr("whole"));
 }
 
 TEST(Trajectory, MovesToAnotherFrame) {

@@ -16,7 +16,9 @@ struct ImuRecording {
 };
 
 // The noise that EuRoC states for its ADIS16448, at 200 Hz.
-inline ImuCalibration euroc_imu_calibration() { return {1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200}; }
+inline ImuCalibration euroc_imu_calibration() {
+  return {1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200};
+}
 
 struct ImuSynthesisOptions {
   ImuCalibration calibration = euroc_imu_calibration();

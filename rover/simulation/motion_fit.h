@@ -70,8 +70,8 @@ struct FittedMotion {
 FittedMotion fit_motion(const Trajectory& ground_truth, const std::vector<ImuSample>& imu,
                         const MotionFitOptions& options = {});
 
-// The real inertial data of a fitted flight from its motion's begin() to its end(), moved in time so
-// that seconds 0 of the motion is at `epoch`. With the biases of the fit.
+// The real inertial data of a fitted flight from its motion's begin() to its end(), moved in time
+// so that seconds 0 of the motion is at `epoch`. With the biases of the fit.
 ImuRecording real_imu(const FittedMotion& fit, const std::vector<ImuSample>& imu, Timestamp epoch);
 
 }  // namespace rover

@@ -16,7 +16,7 @@ namespace rover {
 // any six neighbours. Control point i sits at begin + (i - 2) * knot_interval.
 class SplineMotion final : public Motion {
  public:
-  // Throws InputError unless there are at least six control points and the interval (s) is positive.
+  // Throws InputError unless there are six control points or more and the interval (s) is positive.
   // Neighbouring orientations should lie well below 180 degrees apart.
   SplineMotion(double begin, double knot_interval, std::vector<SE3> control);
 

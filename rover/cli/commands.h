@@ -8,6 +8,7 @@ namespace rover {
 // for what the user can mend.
 void add_run(CLI::App& program);
 void add_evaluate(CLI::App& program);
+void add_benchmark(CLI::App& program);
 void add_match(CLI::App& program);
 
 }  // namespace rover

@@ -68,9 +68,22 @@ Trajectory read_reference(const EvaluateOptions& options, const RunFolder& run) 
   return move_frame(dataset->ground_truth(), dataset->rig().body_from_camera[0]);
 }
 
+// Only the part in the time of the frames offered: the run may have been given a piece.
+NamedTrajectory cut_to(const std::optional<Offered>& offered, double slack, NamedTrajectory named) {
+  if (!offered) return named;
+  std::erase_if(named.trajectory, [&](const StampedPose& stamped) {
+    return seconds_between(stamped.time, offered->first) > slack ||
+           seconds_between(offered->last, stamped.time) > slack;
+  });
+  require(!named.trajectory.empty(), "{}: has no pose in the time of the run", named.name);
+  return named;
+}
+
 void judge_all(const EvaluateOptions& options, const std::optional<Offered>& offered,
                Evaluation& evaluation) {
-  for (const std::string& peer : options.peers) evaluation.estimates.push_back(read_peer(peer));
+  for (const std::string& peer : options.peers) {
+    evaluation.estimates.push_back(cut_to(offered, options.max_difference, read_peer(peer)));
+  }
   Json& list = evaluation.json["trajectories"] = Json::object();
   for (const auto& [name, trajectory] : evaluation.estimates) {
     evaluation.judgements.push_back(

@@ -1,19 +1,15 @@
 #include "rover/evaluation/report.h"
 
-#include <algorithm>
 #include <functional>
 
 #include <fmt/format.h>
+
+#include "rover/evaluation/text_table.h"
 
 namespace rover {
 namespace {
 
 using Cell = std::function<std::string(const Judgement&)>;
-
-struct Row {
-  std::string label;
-  std::vector<std::string> cells;
-};
 
 class Table {
  public:
@@ -22,29 +18,15 @@ class Table {
   }
 
   void add(const std::string& label, const Cell& cell) {
-    Row row{label, {}};
-    for (const Judgement& judgement : judgements_) row.cells.push_back(cell(judgement));
-    rows_.push_back(std::move(row));
+    rows_.push_back({label});
+    for (const Judgement& judgement : judgements_) rows_.back().push_back(cell(judgement));
   }
 
-  std::string text() const {
-    std::size_t label_width = 0, cell_width = 0;
-    for (const Row& row : rows_) {
-      label_width = std::max(label_width, row.label.size());
-      for (const auto& cell : row.cells) cell_width = std::max(cell_width, cell.size());
-    }
-    std::string text;
-    for (const Row& row : rows_) {
-      text += fmt::format("{:<{}}", row.label, label_width);
-      for (const auto& cell : row.cells) text += fmt::format("  {:>{}}", cell, cell_width);
-      text += '\n';
-    }
-    return text;
-  }
+  std::string text() const { return format_rows(rows_); }
 
  private:
   const std::vector<Judgement>& judgements_;
-  std::vector<Row> rows_;
+  std::vector<std::vector<std::string>> rows_;
 };
 
 const char* name_of(AlignmentKind kind) {

@@ -19,7 +19,7 @@ enum class FlightStyle {
 FlightStyle parse_flight_style(const std::string& name);
 
 struct FlightOptions {
-  double duration = 20;  // s
+  double duration = 20;  // s, rounded up to 20 ms
   FlightStyle style = FlightStyle::kSmooth;
   double still = 3;  // s that kHover stands still in the middle
   // The camera whose optical axis (+z) is steered: inwards in a box, forward along a path.

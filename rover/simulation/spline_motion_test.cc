@@ -12,7 +12,7 @@ TEST(SplineBasis, WeightsSumToOne) {
   for (double u = 0; u <= 1; u += 0.125) {
     const SplineBasis basis = SplineBasis::at(u, 0.2);
     EXPECT_NEAR(basis.value.sum(), 1, 1e-15);
-    EXPECT_GE(basis.value.minCoeff(), 0);
+    EXPECT_GE(basis.value.minCoeff(), -1e-15);
     EXPECT_NEAR(basis.first.sum(), 0, 1e-14);
     EXPECT_NEAR(basis.second.sum(), 0, 1e-12);
     EXPECT_NEAR(basis.cumulative().value[0], 1, 1e-15);

@@ -67,7 +67,7 @@ ImuRecording synthesize_imu(const Motion& motion, Timestamp epoch,
                             const ImuSynthesisOptions& options) {
   options.check();
   NoisyTriad gyroscope = make_gyroscope(options), accelerometer = make_accelerometer(options);
-  const Eigen::Vector3d gravity = gravity_vector(options.gravity);
+  const Eigen::Vector3d gravity(0, 0, -options.gravity);
   const double rate = options.calibration.rate;
   const auto count = static_cast<int>(std::floor((motion.end() - motion.begin()) * rate + 1e-9));
   ImuRecording recording;
@@ -76,8 +76,7 @@ ImuRecording synthesize_imu(const Motion& motion, Timestamp epoch,
     const MotionState state = motion.at(seconds);
     const Eigen::Vector3d force =
         state.world_from_body.rotation.conjugate() * (state.acceleration - gravity);
-    recording.gyroscope_bias.push_back(gyroscope.bias());
-    recording.accelerometer_bias.push_back(accelerometer.bias());
+    recording.biases.push_back({gyroscope.bias(), accelerometer.bias()});
     recording.samples.push_back({epoch + from_seconds(seconds),
                                  gyroscope.read(state.angular_velocity),
                                  accelerometer.read(force)});

@@ -4,15 +4,15 @@
 #include <vector>
 
 #include "rover/imu/imu_sample.h"
+#include "rover/imu/inertial_state.h"
 #include "rover/simulation/motion.h"
 
 namespace rover {
 
-// Inertial data with the biases that are in them, one of each per sample.
+// Inertial data with the biases that are in them, one per sample.
 struct ImuRecording {
   std::vector<ImuSample> samples;
-  std::vector<Eigen::Vector3d> gyroscope_bias;      // rad/s
-  std::vector<Eigen::Vector3d> accelerometer_bias;  // m/s^2
+  std::vector<ImuBias> biases;
 };
 
 // The noise that EuRoC states for its ADIS16448, at 200 Hz.
@@ -22,7 +22,7 @@ inline ImuCalibration euroc_imu_calibration() {
 
 struct ImuSynthesisOptions {
   ImuCalibration calibration = euroc_imu_calibration();
-  double gravity = 9.81;  // m/s^2
+  double gravity = kGravity;  // m/s^2
   // Deviation of the biases at the start, on each axis.
   double gyroscope_bias = 0.03;      // rad/s
   double accelerometer_bias = 0.05;  // m/s^2
@@ -38,8 +38,5 @@ struct ImuSynthesisOptions {
 // are random walks. Samples reach from begin() to end(); seconds 0 of the motion is at `epoch`.
 ImuRecording synthesize_imu(const Motion& motion, Timestamp epoch,
                             const ImuSynthesisOptions& options = {});
-
-// Acceleration of gravity in the world, whose z axis points up.
-inline Eigen::Vector3d gravity_vector(double gravity) { return {0, 0, -gravity}; }
 
 }  // namespace rover

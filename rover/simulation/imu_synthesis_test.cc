@@ -12,7 +12,6 @@ namespace rover {
 namespace {
 
 constexpr Timestamp kEpoch = 1'500'000'000'000'000'000;
-constexpr double kGravity = 9.81;
 using Vectors = std::vector<Eigen::Vector3d>;
 
 // The integral of samples over each step, by the cubic through the four samples around it (at the
@@ -49,7 +48,7 @@ SE3 dead_reckoning(const Motion& motion, const std::vector<ImuSample>& samples, 
   const auto rotations = integrate_rotation(omega, start.world_from_body.rotation, dt);
   Vectors acceleration;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    acceleration.push_back(rotations[i] * samples[i].acceleration + gravity_vector(kGravity));
+    acceleration.push_back(rotations[i] * samples[i].acceleration + gravity_of_z_up());
   }
   const Vectors velocity = integrate(acceleration, start.velocity, dt);
   return {rotations.back(), integrate(velocity, start.world_from_body.translation, dt).back()};
@@ -58,7 +57,6 @@ SE3 dead_reckoning(const Motion& motion, const std::vector<ImuSample>& samples, 
 ImuSynthesisOptions exact_options() {
   ImuSynthesisOptions options;
   options.noise = false;
-  options.gravity = kGravity;
   return options;
 }
 
@@ -114,7 +112,7 @@ TEST(ImuSynthesis, SameSeedSameData) {
     EXPECT_EQ(one.samples[i].angular_velocity, same.samples[i].angular_velocity);
     EXPECT_EQ(one.samples[i].acceleration, same.samples[i].acceleration);
     EXPECT_NE(one.samples[i].acceleration, other.samples[i].acceleration);
-    EXPECT_NE(one.gyroscope_bias[i], other.gyroscope_bias[i]);
+    EXPECT_NE(one.biases[i].gyroscope, other.biases[i].gyroscope);
   }
 }
 
@@ -126,8 +124,8 @@ TEST(ImuSynthesis, BiasesStartAsStated) {
     ImuSynthesisOptions options;
     options.seed = static_cast<std::uint64_t>(seed);
     const ImuRecording recording = synthesize_imu(motion, 0, options);
-    gyroscope += recording.gyroscope_bias[0].squaredNorm();
-    accelerometer += recording.accelerometer_bias[0].squaredNorm();
+    gyroscope += recording.biases[0].gyroscope.squaredNorm();
+    accelerometer += recording.biases[0].accelerometer.squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(gyroscope / (3 * kRuns)), 0.03, 0.001);
   EXPECT_NEAR(std::sqrt(accelerometer / (3 * kRuns)), 0.05, 0.002);

@@ -60,8 +60,8 @@ std::string state_rows(const Motion& motion, Timestamp epoch, const ImuRecording
     const double seconds = seconds_between(epoch, time);
     if (seconds < motion.begin() || seconds > motion.end()) continue;
     append_state(text, time, motion.at(seconds));
-    append_vector(text, recording.gyroscope_bias[i]);
-    append_vector(text, recording.accelerometer_bias[i]);
+    append_vector(text, recording.biases[i].gyroscope);
+    append_vector(text, recording.biases[i].accelerometer);
     text += '\n';
   }
   return text;

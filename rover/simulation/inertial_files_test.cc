@@ -79,8 +79,8 @@ TEST_F(InertialFiles, GroundTruthHoldsVelocityAndBiases) {
     };
     const MotionState state = motion.at(static_cast<double>(i) * 0.005);
     EXPECT_LT((vector_at(8) - state.velocity).norm(), 1e-8);
-    EXPECT_LT((vector_at(11) - recording.gyroscope_bias[i]).norm(), 1e-8);
-    EXPECT_LT((vector_at(14) - recording.accelerometer_bias[i]).norm(), 1e-8);
+    EXPECT_LT((vector_at(11) - recording.biases[i].gyroscope).norm(), 1e-8);
+    EXPECT_LT((vector_at(14) - recording.biases[i].accelerometer).norm(), 1e-8);
   }
 }
 

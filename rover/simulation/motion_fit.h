@@ -18,7 +18,7 @@ struct MotionFitOptions {
   // Of the spline, s: motion up to about a third of its inverse is followed; what shakes faster is
   // vibration of the airframe and left to the residuals.
   double knot_interval = 0.07;
-  double gravity = 9.81;  // m/s^2
+  double gravity = kGravity;  // m/s^2
   // Deviations on each axis that weigh the residuals. Those of the inertial data are what vibration
   // leaves, not the sensor's noise.
   double position_sigma = 0.005;     // m
@@ -43,11 +43,10 @@ struct MotionFitResiduals {
   double slow_accelerometer = 0;  // m/s^2
 };
 
-// Biases at one time of the motion; linear in between, constant outside.
+// The biases at one time of the motion.
 struct BiasNode {
   double seconds = 0;
-  Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();      // rad/s
-  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // m/s^2
+  ImuBias bias;
 };
 
 struct FittedMotion {
@@ -56,7 +55,7 @@ struct FittedMotion {
                                // inertial data: the ground truth's)
   double time_offset = 0;      // s to add to stamps of the ground truth to get to that clock
   double tilt = 0;             // rad by which the ground truth's z axis missed the vertical
-  std::vector<BiasNode> bias;  // of the real inertial data; empty without
+  std::vector<BiasNode> biases;  // of the inertial data, linear in between; empty without
   MotionFitResiduals residuals;
 };
 

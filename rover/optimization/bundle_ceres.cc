@@ -270,11 +270,11 @@ class CeresBundle {
 
 }  // namespace
 
-BundlePassResult minimize_with_ceres(BundleProblem& problem, const BundlePass& pass) {
+MinimizationResult minimize_with_ceres(BundleProblem& problem, const BundlePass& pass) {
   CeresBundle bundle(problem, pass);
   const ceres::Solver::Summary summary = bundle.solve();
   bundle.store_poses();
-  BundlePassResult result;
+  MinimizationResult result;
   result.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps - 1;
   result.usable = summary.IsSolutionUsable();
   result.stopped = summary.termination_type == ceres::USER_SUCCESS;

@@ -10,6 +10,8 @@ namespace rover {
 // the cost) of steps taken, and grows ever faster while steps are refused.
 class Damping {
  public:
+  explicit Damping(double lambda = 1e-4) : lambda_(lambda) {}
+
   double lambda() const { return lambda_; }
   bool exhausted() const { return lambda_ > 1e12; }
 
@@ -28,7 +30,7 @@ class Damping {
   double of(double diagonal) const { return lambda_ * std::max(diagonal, 1e-6); }
 
  private:
-  double lambda_ = 1e-4;
+  double lambda_;
   double growth_ = 2;
 };
 

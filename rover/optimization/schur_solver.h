@@ -9,6 +9,6 @@ namespace rover {
 // eliminated into a dense reduced system of the free poses (Schur complement: Triggs et al.,
 // "Bundle adjustment - a modern synthesis", 2000, section 6.1), and that is solved by Cholesky
 // factorisation. One thread, fixed order of all sums: the result is the same to the byte.
-BundlePassResult minimize_with_schur(BundleProblem& problem, const BundlePass& pass);
+MinimizationResult minimize_with_schur(BundleProblem& problem, const BundlePass& pass);
 
 }  // namespace rover

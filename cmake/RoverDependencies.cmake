@@ -10,6 +10,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(Threads REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(opengv REQUIRED)
+find_package(embree REQUIRED)  # 3 or 4
 
 find_path(ONNXRUNTIME_INCLUDE_DIR onnxruntime_c_api.h
   HINTS ${ONNXRUNTIME_ROOT}/include $ENV{ONNXRUNTIME_ROOT}/include

@@ -10,5 +10,6 @@ void add_run(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_benchmark(CLI::App& program);
 void add_match(CLI::App& program);
+void add_simulate(CLI::App& program);
 
 }  // namespace rover

@@ -16,7 +16,7 @@ namespace {
 constexpr int kInternalError = 1;
 constexpr int kUserError = 2;
 
-constexpr auto kCommands = {add_run, add_evaluate, add_benchmark, add_match};
+constexpr auto kCommands = {add_run, add_evaluate, add_benchmark, add_match, add_simulate};
 
 std::string on_one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');

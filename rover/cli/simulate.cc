@@ -1,0 +1,254 @@
+// rover simulate: a flight through a made scene, rendered, with inertial data and ground truth.
+
+#include <unistd.h>
+
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "rover/base/error.h"
+#include "rover/base/thread_pool.h"
+#include "rover/cli/commands.h"
+#include "rover/datasets/imu_file.h"
+#include "rover/simulation/flight.h"
+#include "rover/simulation/motion_fit.h"
+#include "rover/simulation/rigs.h"
+#include "rover/simulation/sequence_simulation.h"
+
+namespace rover {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A made flight begins at this time of the sensors' clock.
+constexpr Timestamp kEpoch = 1'700'000'000 * kNanosecondsPerSecond;
+
+struct SimulateOptions {
+  std::string output, scene = "room", rig = "euroc", motion = "smooth", lighting = "constant";
+  std::string texture = "rich", textures, along, imu, cache;
+  bool overwrite = false, real_imu = false;
+  double duration = 0, start = 0, still = 0;
+  double rate = 20, imu_rate = 200, exposure = 4, rolling_shutter = 0;
+  int samples = 4, moving_objects = 0, threads = 2;
+  std::uint64_t scene_seed = 1, seed = 1;
+};
+
+// Tells how far the simulation is: a line that rewrites itself on a terminal, nothing elsewhere.
+class Progress {
+ public:
+  Progress() : terminal_(isatty(STDERR_FILENO)) {}
+  ~Progress() { clear(); }
+
+  void say(const std::string& what) {
+    if (terminal_) std::cerr << "\r\033[K" << what << std::flush;
+  }
+  void show(std::size_t done, std::size_t all) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - shown_ < std::chrono::milliseconds(200)) return;
+    shown_ = now;
+    const std::size_t width = 30, filled = width * done / all;
+    say(fmt::format("[{}{}] {}%", std::string(filled, '='), std::string(width - filled, ' '),
+                    100 * done / all));
+  }
+  void clear() { say(""); }
+
+ private:
+  bool terminal_;
+  std::chrono::steady_clock::time_point shown_{};
+};
+
+// A motion with its inertial data, made or real.
+struct Flight {
+  std::optional<SplineMotion> motion;
+  Timestamp epoch = kEpoch;
+  ImuRecording imu;
+  ImuCalibration calibration;
+};
+
+fs::path inertial_file_beside(const fs::path& ground_truth) {
+  const fs::path folder = ground_truth.parent_path();
+  for (const fs::path& file : {folder / "../imu0/data.csv", folder / "imu0.csv.gz",
+                               folder / "imu0.csv", folder / "imu0/data.csv.gz"}) {
+    if (fs::exists(file)) return file;
+  }
+  throw InputError("--real-imu: no imu0/data.csv or imu0.csv[.gz] beside {}; name it with --imu",
+                   ground_truth.string());
+}
+
+std::vector<ImuSample> read_real_imu(const SimulateOptions& options) {
+  if (!options.imu.empty()) return read_imu_file(options.imu);
+  if (options.real_imu) return read_imu_file(inertial_file_beside(options.along));
+  return {};
+}
+
+ImuSynthesisOptions imu_options(const SimulateOptions& options) {
+  ImuSynthesisOptions imu;
+  imu.calibration.rate = options.imu_rate;
+  imu.seed = options.seed;
+  return imu;
+}
+
+// A real flight: where a ground truth went, and what its inertial sensor read if that is wanted.
+Flight fly_along(const SimulateOptions& options) {
+  const Trajectory ground_truth = read_trajectory(options.along);
+  const std::vector<ImuSample> imu = read_real_imu(options);
+  MotionFitOptions fit_options;
+  fit_options.start = options.start;
+  fit_options.duration = options.duration;
+  const FittedMotion fit = fit_motion(ground_truth, imu, fit_options);
+  Flight flight;
+  flight.motion = fit.motion;
+  flight.epoch = fit.origin;
+  flight.calibration = imu_options(options).calibration;
+  flight.imu = imu.empty() ? synthesize_imu(fit.motion, fit.origin, imu_options(options))
+                           : real_imu(fit, imu, fit.origin);
+  return flight;
+}
+
+// A made flight through what the scene leaves free.
+Flight fly_through(const FlightVolume& volume, const Rig& rig, const SimulateOptions& options) {
+  FlightOptions made;
+  made.style = options.still > 0 ? FlightStyle::kHover : parse_flight_style(options.motion);
+  if (options.still > 0) made.still = options.still;
+  made.duration =
+      options.duration > 0 ? options.duration : std::max(20.0, lap_duration(volume, made.style));
+  made.body_from_camera = rig.body_from_camera[0];
+  made.seed = options.scene_seed;
+  Flight flight;
+  flight.motion = make_flight(volume, made);
+  flight.calibration = imu_options(options).calibration;
+  flight.imu = synthesize_imu(*flight.motion, kEpoch, imu_options(options));
+  return flight;
+}
+
+std::vector<Eigen::Vector3d> places_of(const Motion& motion) {
+  constexpr double kInterval = 0.05;  // s
+  std::vector<Eigen::Vector3d> places;
+  for (double t = motion.begin(); t <= motion.end(); t += kInterval) {
+    places.push_back(motion.at(t).world_from_body.translation);
+  }
+  return places;
+}
+
+bool parse_texture(const std::string& name) {
+  require(name == "rich" || name == "low", "--texture '{}' is not known; use rich or low", name);
+  return name == "low";
+}
+
+SequenceOptions sequence_options(const SimulateOptions& options) {
+  SequenceOptions sequence;
+  sequence.output = options.output;
+  sequence.overwrite = options.overwrite;
+  const fs::path beside = fs::absolute(fs::path(options.output) / "x").parent_path().parent_path();
+  if (options.cache != "none") {
+    sequence.cache = options.cache.empty() ? beside / "render-cache" : fs::path(options.cache);
+  }
+  sequence.rig = make_rig(options.rig);
+  sequence.scene.kind = parse_scene_kind(options.scene);
+  sequence.scene.seed = options.scene_seed;
+  sequence.scene.low_texture = parse_texture(options.texture);
+  sequence.scene.moving_objects = options.moving_objects;
+  if (!options.textures.empty()) sequence.scene.photographs = options.textures;
+  sequence.render.samples = options.samples;
+  sequence.render.exposure = 1e-3 * options.exposure;
+  sequence.render.readout = 1e-3 * options.rolling_shutter;
+  sequence.lighting = parse_lighting_style(options.lighting);
+  if (sequence.lighting == LightingStyle::kDim) sequence.sensor = SensorOptions::dim();
+  sequence.frame_rate = options.rate;
+  sequence.seed = options.seed;
+  return sequence;
+}
+
+void check(const SimulateOptions& options, const SequenceOptions& sequence) {
+  require(options.duration >= 0 && options.duration <= 3600,
+          "--duration {}: must lie between 0 and 3600 s", options.duration);
+  require(options.threads > 0, "--threads {}: must be positive", options.threads);
+  require(!options.along.empty() || (options.imu.empty() && !options.real_imu),
+          "--imu and --real-imu go with --along FILE");
+  require(options.imu.empty() || !options.real_imu, "give either --imu FILE or --real-imu");
+  require(options.along.empty() || options.still == 0, "--still does not go with --along");
+  require(sequence.overwrite || !fs::exists(sequence.output),
+          "--output {}: exists already; choose another folder or give --overwrite", options.output);
+  parse_flight_style(options.motion);
+  sequence.check();
+}
+
+void simulate(const SimulateOptions& options) {
+  SequenceOptions sequence = sequence_options(options);
+  check(options, sequence);
+  ThreadPool pool(options.threads);
+  Progress progress;
+  Flight flight;
+  if (!options.along.empty()) {
+    progress.say("fitting a smooth motion to the ground truth");
+    flight = fly_along(options);
+    sequence.scene.around = places_of(*flight.motion);
+    sequence.scene.check();
+  }
+  progress.say("building the scene");
+  const Scene scene = make_scene(sequence.scene, pool);
+  if (!flight.motion) flight = fly_through(scene.flight_volume, sequence.rig, options);
+  const SimulatedFlight simulated{*flight.motion, flight.epoch, flight.imu, flight.calibration};
+  write_sequence(sequence, scene, simulated, pool,
+                 [&](std::size_t done, std::size_t all) { progress.show(done, all); });
+  progress.clear();
+  const auto frames = frame_times(*flight.motion, flight.epoch, options.rate).size();
+  std::cout << fmt::format("{}: {} frames of {} camera{}, {} inertial samples\n", options.output,
+                           frames, sequence.rig.size(), sequence.rig.size() == 1 ? "" : "s",
+                           flight.imu.samples.size());
+}
+
+void add_scene_options(CLI::App* command, SimulateOptions& options) {
+  command->add_option("--scene", options.scene, "room, hall, corridor or street; default room");
+  command->add_option("--scene-seed", options.scene_seed, "Seed of scene and flight; default 1");
+  command->add_option("--texture", options.texture, "rich or low; default rich");
+  command->add_option("--textures", options.textures, "Folder of photographs to cover the scene");
+  command->add_option("--moving-objects", options.moving_objects, "How many; default 0");
+  command->add_option("--lighting", options.lighting,
+                      "constant, dim, flicker or sweep; default constant");
+}
+
+void add_motion_options(CLI::App* command, SimulateOptions& options) {
+  command->add_option("--duration", options.duration,
+                      "s; default 20, one lap in corridor and street, all with --along");
+  command->add_option("--motion", options.motion, "smooth, aggressive or shaking; default smooth");
+  command->add_option("--still", options.still, "Seconds to stand still in the middle");
+  command->add_option("--along", options.along,
+                      "Fly along a ground truth: EuRoC csv or TUM text, also gzip");
+  command->add_option("--start", options.start, "Begin so many s into that ground truth");
+  command->add_option("--imu", options.imu, "Real inertial data of that flight");
+  command->add_flag("--real-imu", options.real_imu, "The same, from the imu0 beside it");
+}
+
+void add_sensor_options(CLI::App* command, SimulateOptions& options) {
+  command->add_option("--rig", options.rig,
+                      "euroc, tumvi, mono, paper, or a sensor.yaml or its folder; default euroc");
+  command->add_option("--rate", options.rate, "Images per second; default 20");
+  command->add_option("--imu-rate", options.imu_rate, "Inertial samples per second; default 200");
+  command->add_option("--seed", options.seed, "Seed of noise and biases; default 1");
+  command->add_option("--samples", options.samples, "Rays per pixel; default 4");
+  command->add_option("--exposure", options.exposure, "ms; default 4");
+  command->add_option("--rolling-shutter", options.rolling_shutter,
+                      "ms from the first row to the last; default 0: global shutter");
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& program) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command = program.add_subcommand("simulate", "Render a flight with ground truth");
+  command->add_option("--output", options->output, "Folder for the sequence")->required();
+  command->add_flag("--overwrite", options->overwrite, "Replace a folder that exists");
+  add_scene_options(command, *options);
+  add_motion_options(command, *options);
+  add_sensor_options(command, *options);
+  command->add_option("--cache", options->cache,
+                      "Folder for noise-free images, or none; default render-cache beside output");
+  command->add_option("--threads", options->threads, "Default 2");
+  command->callback([options] { simulate(*options); });
+}
+
+}  // namespace rover

@@ -1,0 +1,103 @@
+#include "rover/simulation/rigs.h"
+
+#include <filesystem>
+
+#include "rover/base/error.h"
+#include "rover/datasets/calibration.h"
+
+namespace rover {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The camera looks along the body's x axis when its own axes are z = x, x = -y, y = -z of the body,
+// then tilted down by `tilt` rad.
+SE3 forward_camera(const Eigen::Vector3d& position, double tilt, double roll) {
+  Eigen::Matrix3d axes;
+  axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Quaterniond small =
+      so3_exp(Eigen::Vector3d(-tilt, 0, 0)) * so3_exp(Eigen::Vector3d(0, 0, roll));
+  return {Eigen::Matrix3d(axes * small.toRotationMatrix()), position};
+}
+
+Rig euroc_rig() {
+  const Camera left(CameraModel::kPinhole, 752, 480, {459.1, 457.8, 366.4, 247.9},
+                    {-0.2829, 0.0731, 0.00021, 0.00003});
+  const Camera right(CameraModel::kPinhole, 752, 480, {457.9, 456.3, 378.7, 255.6},
+                     {-0.2836, 0.0745, -0.00012, -0.00004});
+  return {{left, right},
+          {forward_camera({0.02, 0.055, 0.01}, 0.04, 0.004),
+           forward_camera({0.021, -0.055, 0.009}, 0.035, -0.006)}};
+}
+
+Rig tumvi_rig() {
+  const Camera left(CameraModel::kFisheye, 512, 512, {190.9, 190.9, 254.8, 256.9},
+                    {0.0034, 0.0007, -0.0020, 0.0002});
+  const Camera right(CameraModel::kFisheye, 512, 512, {190.4, 190.4, 252.6, 255.1},
+                     {0.0033, 0.0009, -0.0021, 0.0003});
+  return {{left, right},
+          {forward_camera({0.04, 0.0505, 0.02}, 0.05, 0.01),
+           forward_camera({0.04, -0.0505, 0.02}, 0.04, -0.01)}};
+}
+
+Rig mono_rig() {
+  const Camera camera(CameraModel::kPinhole, 640, 480, {460, 460, 319.2, 240.6},
+                      {-0.05, 0.03, 0.0003, -0.0002});
+  return {{camera}, {forward_camera({0.03, 0, 0.01}, 0.03, 0)}};
+}
+
+Rig paper_rig() {
+  const Camera camera(CameraModel::kPinhole, 1440, 1080, {1170, 1170, 719.3, 541.2},
+                      {-0.11, 0.08, 0.0002, -0.0001});
+  return {{camera}, {forward_camera({0.03, 0.01, 0.02}, 0.03, 0)}};
+}
+
+void append(const fs::path& file, Rig& rig) {
+  const Rig more = read_rig_calibration(file).rig;
+  rig.cameras.insert(rig.cameras.end(), more.cameras.begin(), more.cameras.end());
+  rig.body_from_camera.insert(rig.body_from_camera.end(), more.body_from_camera.begin(),
+                              more.body_from_camera.end());
+}
+
+Rig read_folder(const fs::path& folder) {
+  const fs::path root = fs::is_directory(folder / "mav0") ? folder / "mav0" : folder;
+  Rig rig;
+  if (fs::exists(root / "sensor.yaml")) append(root / "sensor.yaml", rig);
+  for (const char* camera : {"cam0", "cam1"}) {
+    if (fs::exists(root / camera / "sensor.yaml")) append(root / camera / "sensor.yaml", rig);
+  }
+  require(rig.size() > 0, "--rig {}: has no cam0/sensor.yaml", folder.string());
+  return rig;
+}
+
+Rig read_path(const fs::path& path) {
+  if (fs::is_directory(path)) return read_folder(path);
+  require(fs::exists(path),
+          "--rig '{}' is not known; use euroc, tumvi, mono, paper, a sensor.yaml or its folder",
+          path.string());
+  Rig rig;
+  append(path, rig);
+  return rig;
+}
+
+void check_size(const Camera& camera, const std::string& name) {
+  const auto usable = [](int size) { return size % 2 == 0 && size >= 32 && size <= 8192; };
+  require(usable(camera.width()) && usable(camera.height()),
+          "--rig {}: images of {} x {} px cannot be rendered; width and height must be even and "
+          "between 32 and 8192",
+          name, camera.width(), camera.height());
+}
+
+}  // namespace
+
+Rig make_rig(const std::string& name) {
+  Rig rig = name == "euroc"   ? euroc_rig()
+            : name == "tumvi" ? tumvi_rig()
+            : name == "mono"  ? mono_rig()
+            : name == "paper" ? paper_rig()
+                              : read_path(name);
+  for (const Camera& camera : rig.cameras) check_size(camera, name);
+  return rig;
+}
+
+}  // namespace rover

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "rover/base/quantile.h"
 #include "rover/geometry/homography.h"
 #include "rover/geometry/triangulation.h"
 
@@ -37,13 +38,6 @@ struct Candidate {
   int point_count = 0;
   double median_parallax = 0;  // rad
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 class TwoViewEstimator {
  public:

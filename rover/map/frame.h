@@ -54,6 +54,8 @@ struct Frame {
   }
   Observation& operator[](int feature) { return observations[static_cast<std::size_t>(feature)]; }
 
+  // The landmarks that features are joined to, in the order of the features.
+  std::vector<LandmarkId> landmarks() const;
   // Number of features joined to a landmark.
   int landmark_count() const;
 };

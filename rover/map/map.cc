@@ -28,6 +28,14 @@ std::vector<Covisibility> sorted(const std::map<KeyframeId, int>& votes, int min
 
 }  // namespace
 
+std::vector<LandmarkId> Frame::landmarks() const {
+  std::vector<LandmarkId> joined;
+  for (const Observation& observation : observations) {
+    if (observation.landmark.valid()) joined.push_back(observation.landmark);
+  }
+  return joined;
+}
+
 int Frame::landmark_count() const {
   return static_cast<int>(std::count_if(observations.begin(), observations.end(),
                                         [](const auto& o) { return o.landmark.valid(); }));
@@ -43,11 +51,7 @@ Map::Map(MapId id, std::shared_ptr<const Rig> rig, std::shared_ptr<IdSource> ids
     : id_(id), rig_(std::move(rig)), ids_(std::move(ids)) {}
 
 KeyframeId Map::choose_parent(const Frame& frame) const {
-  std::vector<LandmarkId> seen;
-  for (const auto& observation : frame.observations) {
-    if (observation.landmark.valid()) seen.push_back(observation.landmark);
-  }
-  const auto candidates = observers(seen);
+  const auto candidates = observers(frame.landmarks());
   return candidates.empty() ? newest_ : candidates.front().keyframe;
 }
 

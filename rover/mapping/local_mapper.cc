@@ -1,6 +1,7 @@
 #include "rover/mapping/local_mapper.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "rover/base/error.h"
 #include "rover/mapping/keyframe_culling.h"
@@ -75,28 +76,21 @@ bool LocalMapper::is_weak(const Map& map, const Landmark& landmark, int age) con
   return landmark.observations.size() < wanted;
 }
 
-// In a hurry the best neighbour alone is matched.
+// Each neighbour's landmarks are committed at once: tracking waits for them. In a hurry the best
+// neighbour alone is matched.
 TriangulationCounts LocalMapper::triangulate(SharedMap& shared, KeyframeId keyframe,
                                              const std::function<bool()>& hurry) {
-  const auto view = shared.view();
-  std::vector<NeighbourMatches> matched;
-  const Frame& frame = view->at(keyframe).frame;
-  for (const KeyframeId id : choose_neighbours(*view, keyframe, options_.creation)) {
-    if (!matched.empty() && hurry && hurry()) break;
-    const Frame& neighbour = view->at(id).frame;
-    matched.push_back({id, family_.matcher->match({*frame.features, &frame.image},
-                                                  {*neighbour.features, &neighbour.image})});
-  }
   TriangulationCounts total;
   std::vector<LandmarkId> created;
-  shared.commit([&](Map& map) {
-    for (const auto& matches : matched) {
-      const auto counts = apply_matches(map, keyframe, matches, options_.creation, created);
-      total.created += counts.created;
-      total.joined += counts.joined;
-      total.fused += counts.fused;
-    }
-  });
+  bool first = true;
+  for (const KeyframeId id : choose_neighbours(*shared.view(), keyframe, options_.creation)) {
+    if (!std::exchange(first, false) && hurry && hurry()) break;
+    const auto matches =
+        match_neighbour(*shared.view(), keyframe, id, *family_.matcher, options_.creation);
+    shared.commit([&](Map& map) {
+      total += apply_matches(map, keyframe, matches, options_.creation, created);
+    });
+  }
   for (const LandmarkId id : created) probation_.push_back({id, turn_});
   return total;
 }

@@ -7,8 +7,11 @@
 #include <optional>
 
 #include "rover/base/error.h"
+#include "rover/base/quantile.h"
 #include "rover/geometry/triangulation.h"
+#include "rover/map/feature_choice.h"
 #include "rover/mapping/reprojection_check.h"
+#include "rover/matching/partial_matching.h"
 
 namespace rover {
 namespace {
@@ -23,10 +26,7 @@ double median_depth(const Map& map, KeyframeId id) {
   for (const LandmarkId landmark : map.landmarks_of(id)) {
     depths.push_back((map.at(landmark).position - keyframe.world_from_body().translation).norm());
   }
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return median(std::move(depths));
 }
 
 SE3 world_from_camera(const Map& map, KeyframeId keyframe) {
@@ -94,6 +94,8 @@ class PairTriangulator {
 
 void LandmarkCreationOptions::check() const {
   require(neighbours > 0, "mapping.neighbours is {}; use 1 or more", neighbours);
+  require(matched_share > 0 && matched_share <= 1,
+          "mapping.matched_share is {}; use a share up to 1", matched_share);
   require(min_parallax > 0 && good_parallax > min_parallax,
           "mapping.min_parallax must be positive and below good_parallax");
   weighting.check();
@@ -120,6 +122,17 @@ std::vector<KeyframeId> choose_neighbours(const Map& map, KeyframeId keyframe,
     chosen.push_back(id);
   }
   return chosen;
+}
+
+NeighbourMatches match_neighbour(const Map& map, KeyframeId keyframe, KeyframeId neighbour,
+                                 const Matcher& matcher, const LandmarkCreationOptions& options) {
+  const Frame& a = map.at(keyframe).frame;
+  const Frame& b = map.at(neighbour).frame;
+  return {neighbour,
+          match_some(matcher, {*a.features, &a.image},
+                     choose_features(a, options.matched_share, Prefer::kWithoutLandmark),
+                     {*b.features, &b.image},
+                     choose_features(b, options.matched_share, Prefer::kWithoutLandmark))};
 }
 
 TriangulationCounts apply_matches(Map& map, KeyframeId keyframe, const NeighbourMatches& matches,

@@ -11,6 +11,7 @@ namespace rover {
 
 struct LandmarkCreationOptions {
   int neighbours = 3;          // keyframes matched with the new one
+  double matched_share = 0.6;  // of a keyframe's features that the matcher is given
   double min_baseline = 0.01;  // of the median depth: nearer keyframes give no depth
   double good_parallax = 5;    // deg between two views: more makes no better neighbour
   double min_parallax = 1.0;   // deg between the two rays of a new landmark
@@ -31,11 +32,24 @@ struct TriangulationCounts {
   int created = 0;
   int joined = 0;  // observations added to landmarks that were there
   int fused = 0;
+
+  TriangulationCounts& operator+=(const TriangulationCounts& other) {
+    created += other.created;
+    joined += other.joined;
+    fused += other.fused;
+    return *this;
+  }
 };
 
 // The covisible keyframes that promise most: many landmarks in common and much parallax.
 std::vector<KeyframeId> choose_neighbours(const Map& map, KeyframeId keyframe,
                                           const LandmarkCreationOptions& options);
+
+// Joins a keyframe's features to a neighbour's. Only a share of them takes part, first those that
+// have no landmark yet: they are what new landmarks are made of, and tracking has joined the
+// others.
+NeighbourMatches match_neighbour(const Map& map, KeyframeId keyframe, KeyframeId neighbour,
+                                 const Matcher& matcher, const LandmarkCreationOptions& options);
 
 // What the matches of a keyframe with a neighbour say of the map: two features without landmark
 // make a new one (if their rays do), a landmark on one side is seen by the other too, two landmarks

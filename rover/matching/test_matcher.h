@@ -1,18 +1,24 @@
 #pragma once
 
-#include <algorithm>
+#include <memory>
 
 #include "rover/matching/feature_family.h"
 
 namespace rover {
 
-// Matches the features of equal number: right for the frames of map/test_map.h.
-class EqualIndexMatcher : public Matcher {
+// Matches features whose descriptors are equal: right for the frames of map/test_map.h.
+class EqualDescriptorMatcher : public Matcher {
  public:
   std::vector<Match> match(const MatchInput& a, const MatchInput& b) const override {
     std::vector<Match> matches;
-    const int count = std::min(a.features.size(), b.features.size());
-    for (int i = 0; i < count; ++i) matches.push_back({i, i, 1});
+    for (int i = 0; i < a.features.size(); ++i) {
+      for (int j = 0; j < b.features.size(); ++j) {
+        if (a.features.descriptors.row(i) == b.features.descriptors.row(j)) {
+          matches.push_back({i, j, 1});
+          break;
+        }
+      }
+    }
     return matches;
   }
 };
@@ -21,7 +27,7 @@ class EqualIndexMatcher : public Matcher {
 inline FeatureFamily test_family() {
   FeatureFamily family;
   family.name = "test";
-  family.matcher = std::make_shared<EqualIndexMatcher>();
+  family.matcher = std::make_shared<EqualDescriptorMatcher>();
   return family;
 }
 

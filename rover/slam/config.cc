@@ -38,12 +38,14 @@ void add_tracking(TrackerOptions& t, Fields& fields) {
                  {"keyframe.min_gap", &t.keyframe.min_gap},
                  {"relocalization.min_matches", &t.relocalization.min_matches},
                  {"relocalization.min_inliers", &t.relocalization.min_inliers},
+                 {"relocalization.matched_share", &t.relocalization.matched_share},
                  {"relocalization.ransac_sigma", &t.relocalization.ransac_sigma},
                  {"relocalization.recent_keyframes", &t.relocalization.recent_keyframes},
                  {"relocalization.tries_per_frame", &t.relocalization.tries_per_frame},
                  {"initialization.min_features", &t.initialization.min_features},
                  {"initialization.min_matches", &t.initialization.min_matches},
                  {"initialization.min_motion", &t.initialization.min_motion},
+                 {"initialization.preview_share", &t.initialization.preview_share},
                  {"initialization.max_pending", &t.initialization.max_pending},
                  {"initialization.max_reference_age", &t.initialization.max_reference_age},
                  {"stereo.max_baselines", &t.stereo.max_baselines},
@@ -53,6 +55,7 @@ void add_tracking(TrackerOptions& t, Fields& fields) {
 
 void add_mapping(LocalMapperOptions& m, Fields& fields) {
   fields.insert(fields.end(), {{"mapping.neighbours", &m.creation.neighbours},
+                               {"mapping.matched_share", &m.creation.matched_share},
                                {"mapping.min_baseline", &m.creation.min_baseline},
                                {"mapping.good_parallax", &m.creation.good_parallax},
                                {"mapping.min_parallax", &m.creation.min_parallax},

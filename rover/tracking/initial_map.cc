@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rover/base/quantile.h"
 #include "rover/tracking/landmark_search.h"
 
 namespace rover {
@@ -14,9 +15,7 @@ double median_depth(const Map& map) {
   for (const Landmark& landmark : map.landmarks()) {
     depths.push_back((camera_from_world * landmark.position).norm());
   }
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return median(std::move(depths));
 }
 
 void adjust_views(Map& map, const WeightingOptions& weighting, const BundleOptions& options) {

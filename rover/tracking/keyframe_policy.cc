@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "rover/base/error.h"
+#include "rover/base/quantile.h"
 
 namespace rover {
 namespace {
@@ -23,10 +24,7 @@ double median_parallax(const Map& map, const Frame& frame, const Keyframe& refer
     const auto rotated = camera.project(now.rotation.conjugate() * ray_then);
     if (rotated) motions.push_back((*rotated - observation.pixel.cast<double>()).norm());
   }
-  if (motions.empty()) return 0;
-  const auto middle = motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2);
-  std::nth_element(motions.begin(), middle, motions.end());
-  return *middle;
+  return median(std::move(motions));
 }
 
 // Landmarks of a keyframe that other keyframes confirm; in a map of two keyframes, all.

@@ -7,14 +7,6 @@
 namespace rover {
 namespace {
 
-std::vector<LandmarkId> seen_landmarks(const Frame& frame) {
-  std::vector<LandmarkId> seen;
-  for (const Observation& observation : frame.observations) {
-    if (observation.landmark.valid()) seen.push_back(observation.landmark);
-  }
-  return seen;
-}
-
 void add_family(const Map& map, std::set<KeyframeId>& keyframes) {
   const std::vector<KeyframeId> voters(keyframes.begin(), keyframes.end());
   for (const KeyframeId id : voters) {
@@ -40,7 +32,7 @@ LocalMap choose_local_map(const Map& map, const Frame& frame, KeyframeId fallbac
   LocalMap local;
   local.reference = fallback;
   std::set<KeyframeId> keyframes{fallback};
-  const auto voters = map.observers(seen_landmarks(frame));
+  const auto voters = map.observers(frame.landmarks());
   if (!voters.empty()) local.reference = voters.front().keyframe;
   for (const auto& voter : voters) {
     if (static_cast<int>(keyframes.size()) == options.max_keyframes) break;

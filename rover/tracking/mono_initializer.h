@@ -17,7 +17,8 @@ struct MonoInitializerOptions {
   int min_features = 100;  // a frame with fewer is no reference
   int min_matches = 60;    // fewer: the reference is given up for the current frame
   double min_motion = 12;  // px at 640 wide, median motion of matches before a solution is tried
-  int max_pending = 60;    // frames kept, to be placed once there is a map
+  double preview_share = 0.4;  // of the features, tried first: all follow once these succeed
+  int max_pending = 60;        // frames kept, to be placed once there is a map
   int max_reference_age = 90;  // frames after which the reference is given up
   TwoViewOptions two_view;
 
@@ -51,7 +52,11 @@ class MonoInitializer {
   void reset();
 
  private:
-  std::optional<InitialViews> solve(const Frame& frame, const std::vector<Match>& matches) const;
+  std::optional<std::vector<Match>> join(const Frame& frame, double share) const;
+  std::optional<InitialViews> try_views(const Frame& frame, const std::vector<Match>& few) const;
+  std::optional<InitialViews> solve(const Frame& frame, const std::vector<Match>& matches,
+                                    double share) const;
+  void replace_reference(Frame frame);
   void keep(Frame frame);
 
   std::shared_ptr<const Rig> rig_;

@@ -1,16 +1,20 @@
 #include "rover/tracking/relocalizer.h"
 
-#include <algorithm>
+#include <numeric>
 
 #include "rover/base/error.h"
 #include "rover/base/random.h"
 #include "rover/geometry/absolute_pose.h"
+#include "rover/map/feature_choice.h"
+#include "rover/matching/partial_matching.h"
 
 namespace rover {
 
 void RelocalizationOptions::check() const {
   require(min_matches >= 4 && min_inliers >= 4,
           "relocalization.min_matches and min_inliers must be at least 4");
+  require(matched_share > 0 && matched_share <= 1,
+          "relocalization.matched_share is {}; use a share up to 1", matched_share);
   require(ransac_sigma > 0, "relocalization.ransac_sigma is {}; use a positive number",
           ransac_sigma);
   require(recent_keyframes > 0 && tries_per_frame > 0,
@@ -19,6 +23,15 @@ void RelocalizationOptions::check() const {
 
 void clear_landmarks(Frame& frame) {
   for (Observation& observation : frame.observations) observation.landmark = {};
+}
+
+std::vector<Match> match_known(const Matcher& matcher, const Frame& known, const Frame& frame,
+                               double share) {
+  std::vector<int> all(static_cast<std::size_t>(frame.size()));
+  std::iota(all.begin(), all.end(), 0);
+  return match_some(matcher, {*known.features, &known.image},
+                    choose_features(known, share, Prefer::kWithLandmark),
+                    {*frame.features, &frame.image}, all);
 }
 
 int transfer_landmarks(const Frame& known, const std::vector<Match>& matches, Frame& frame) {
@@ -47,8 +60,7 @@ bool Relocalizer::locate(const Map& map, KeyframeId keyframe, Frame& frame) cons
   const SE3 before = frame.world_from_body;
   clear_landmarks(frame);
   const Frame& known = map.at(keyframe).frame;
-  const auto matches =
-      matcher_->match({*known.features, &known.image}, {*frame.features, &frame.image});
+  const auto matches = match_known(*matcher_, known, frame, options_.matched_share);
   if (transfer_landmarks(known, matches, frame) >= options_.min_matches &&
       solve_absolute_pose(map, frame) &&
       solve_frame_pose(map, pose_, weighting_, frame).landmarks >= options_.min_inliers) {

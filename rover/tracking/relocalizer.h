@@ -10,11 +10,12 @@
 namespace rover {
 
 struct RelocalizationOptions {
-  int min_matches = 15;       // with landmarks, before RANSAC
-  int min_inliers = 15;       // after the pose adjustment
-  double ransac_sigma = 1.5;  // px: inliers lie within 2.4 times this
-  int recent_keyframes = 10;  // tried when lost ...
-  int tries_per_frame = 2;    // ... so many in each frame
+  int min_matches = 15;        // with landmarks, before RANSAC
+  int min_inliers = 15;        // after the pose adjustment
+  double matched_share = 0.6;  // of the keyframe's features, those with landmarks first
+  double ransac_sigma = 1.5;   // px: inliers lie within 2.4 times this
+  int recent_keyframes = 10;   // tried when lost ...
+  int tries_per_frame = 2;     // ... so many in each frame
 
   void check() const;
 };
@@ -42,6 +43,11 @@ class Relocalizer {
 
 // Parts a frame from all landmarks.
 void clear_landmarks(Frame& frame);
+
+// Matches a frame with one whose landmarks are known: with the given share of its features, first
+// those with a landmark.
+std::vector<Match> match_known(const Matcher& matcher, const Frame& known, const Frame& frame,
+                               double share);
 
 // Joins the features of `frame` to the landmarks that their partners in `known` see.
 int transfer_landmarks(const Frame& known, const std::vector<Match>& matches, Frame& frame);

@@ -5,18 +5,6 @@
 #include "rover/tracking/tracker.h"
 
 namespace rover {
-namespace {
-
-std::vector<LandmarkId> landmarks_of(const Frame& frame) {
-  std::vector<LandmarkId> landmarks;
-  for (const Observation& observation : frame.observations) {
-    if (observation.landmark.valid()) landmarks.push_back(observation.landmark);
-  }
-  return landmarks;
-}
-
-}  // namespace
-
 LandmarkSearchOptions Tracker::search_options(double radius) const {
   LandmarkSearchOptions options = options_.search;
   options.radius = static_cast<float>(radius * pixel_scale_);
@@ -39,7 +27,7 @@ bool Tracker::match_to_last(const Map& map, const FeatureGrid& grid, Frame& fram
 // around its projection.
 bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, double radius,
                               Frame& frame) {
-  search_landmarks(map, landmarks_of(*last_), search_options(radius), grid, frame);
+  search_landmarks(map, last_->landmarks(), search_options(radius), grid, frame);
   const auto temporary = search_temporary(grid, radius, frame);
   const FramePose solved =
       solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
@@ -84,7 +72,7 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
   clear_landmarks(frame);
   frame.world_from_body = last_->world_from_body;
   const auto matches =
-      family_.matcher->match({*last_->features, &last_->image}, {*frame.features, &frame.image});
+      match_known(*family_.matcher, *last_, frame, options_.relocalization.matched_share);
   transfer_landmarks(*last_, matches, frame);
   std::vector<TemporaryPoint> temporary;
   for (const Match& match : matches) {
@@ -122,7 +110,7 @@ bool Tracker::relocalize(const Map& map, Frame& frame) {
 bool Tracker::track_local_map(const Map& map, const FeatureGrid& grid, Frame& frame,
                               TrackingResult& result) {
   const LocalMap local = choose_local_map(map, frame, reference_, options_.local_map);
-  std::vector<LandmarkId> sought = landmarks_of(frame);
+  std::vector<LandmarkId> sought = frame.landmarks();
   search_landmarks(map, local.landmarks, search_options(options_.local_radius), grid, frame,
                    &sought);
   FramePose solved = solve_frame_pose(map, options_.pose, options_.weighting, frame);
@@ -136,7 +124,7 @@ bool Tracker::track_local_map(const Map& map, const FeatureGrid& grid, Frame& fr
   if (!solved.estimate.converged || solved.landmarks < options_.min_inliers) return false;
   reference_ = local.reference;
   for (const LandmarkId id : sought) ++sightings_[id].first;
-  for (const LandmarkId id : landmarks_of(frame)) ++sightings_[id].second;
+  for (const LandmarkId id : frame.landmarks()) ++sightings_[id].second;
   return true;
 }
 

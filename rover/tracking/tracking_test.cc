@@ -153,7 +153,11 @@ TEST(LocalMap, StaysSmall) {
   EXPECT_GT(choose_local_map(map, frame, {2}, options).landmarks.size(), local.landmarks.size());
 }
 
-Relocalizer relocalizer() { return {std::make_shared<EqualIndexMatcher>(), {}, {}, {}, 1}; }
+Relocalizer relocalizer(double matched_share = 1) {
+  RelocalizationOptions options;
+  options.matched_share = matched_share;
+  return {std::make_shared<EqualDescriptorMatcher>(), options, {}, {}, 1};
+}
 
 TEST(Relocalizer, FindsAFrameWithoutAnyPrediction) {
   const Map map = test_map(5, kPoints);
@@ -162,6 +166,14 @@ TEST(Relocalizer, FindsAFrameWithoutAnyPrediction) {
   ASSERT_TRUE(relocalizer().locate(map, {2}, frame));
   EXPECT_LT(distance(frame.world_from_body, pose_at(0.5, -0.2)), 1e-4);
   EXPECT_EQ(frame.landmark_count(), kPoints);
+}
+
+TEST(Relocalizer, MatchesOnlyAShareOfTheFeatures) {
+  const Map map = test_map(5, kPoints);
+  Frame frame = seen_from(map, pose_at(0.5, -0.2));
+  ASSERT_TRUE(relocalizer(0.5).locate(map, {2}, frame));
+  EXPECT_LT(distance(frame.world_from_body, pose_at(0.5, -0.2)), 1e-4);
+  EXPECT_EQ(frame.landmark_count(), kPoints / 2);
 }
 
 TEST(Relocalizer, BearsWrongMatches) {
@@ -202,7 +214,7 @@ class TwoViews : public ::testing::Test {
   }
 
   std::shared_ptr<const Rig> rig_ = std::make_shared<const Rig>(test_rig());
-  MonoInitializer initializer_{rig_, std::make_shared<EqualIndexMatcher>(), {}, 1};
+  MonoInitializer initializer_{rig_, std::make_shared<EqualDescriptorMatcher>(), {}, 1};
   std::int64_t next_ = 0;
 };
 

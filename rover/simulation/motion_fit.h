@@ -16,11 +16,12 @@ struct MotionFitOptions {
   double max_gap = 0.2;
   bool cut = false;
   // Of the spline, s: motion up to about a third of its inverse is followed; what shakes faster is
-  // vibration of the airframe and left to the residuals.
-  double knot_interval = 0.07;
+  // vibration of the airframe and left to the residuals. Without inertial data it is raised to what
+  // the poses can tell.
+  double knot_interval = 0.05;
   double gravity = kGravity;  // m/s^2
   // Deviations on each axis that weigh the residuals. Those of the inertial data are what vibration
-  // leaves, not the sensor's noise.
+  // leaves, not the sensor's noise; they are lowered to what a first fit leaves.
   double position_sigma = 0.005;     // m
   double rotation_sigma = 0.005;     // rad
   double gyroscope_sigma = 0.05;     // rad/s
@@ -50,11 +51,11 @@ struct BiasNode {
 };
 
 struct FittedMotion {
-  SplineMotion motion;         // begins at 0; the world's z axis points up
-  Timestamp origin = 0;        // seconds 0 of the motion, on the inertial sensor's clock (without
-                               // inertial data: the ground truth's)
-  double time_offset = 0;      // s to add to stamps of the ground truth to get to that clock
-  double tilt = 0;             // rad by which the ground truth's z axis missed the vertical
+  SplineMotion motion;           // begins at 0; the world's z axis points up
+  Timestamp origin = 0;          // seconds 0 of the motion, on the inertial sensor's clock (without
+                                 // inertial data: the ground truth's)
+  double time_offset = 0;        // s to add to stamps of the ground truth to get to that clock
+  double tilt = 0;               // rad by which the ground truth's z axis missed the vertical
   std::vector<BiasNode> biases;  // of the inertial data, linear in between; empty without
   MotionFitResiduals residuals;
 };

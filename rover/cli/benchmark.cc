@@ -7,6 +7,8 @@
 
 #include "rover/cli/benchmark_runner.h"
 #include "rover/cli/commands.h"
+#include "rover/datasets/atomic_file.h"
+#include "rover/evaluation/benchmark_page.h"
 
 namespace rover {
 namespace {
@@ -23,8 +25,11 @@ void benchmark(BenchmarkCommand command) {
     command.options.output = plan.file.stem().string() + "-benchmark";
   }
   const auto runs = BenchmarkRunner(plan, command.options).execute();
-  std::cout << format_benchmark(summarize(runs)) << "\nwritten to " << command.options.output.string()
-            << '\n';
+  const auto& folder = command.options.output;
+  write_file_atomically(folder / "index.html",
+                        benchmark_page(plan.file.stem().string(), folder, runs));
+  std::cout << format_benchmark(summarize(runs)) << "\nwritten to "
+            << (folder / "index.html").string() << '\n';
 }
 
 }  // namespace

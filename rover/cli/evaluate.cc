@@ -11,6 +11,8 @@
 #include "rover/datasets/dataset.h"
 #include "rover/evaluation/report.h"
 #include "rover/evaluation/run_folder.h"
+#include "rover/evaluation/run_report.h"
+#include "rover/evaluation/svg.h"
 #include "rover/evaluation/trajectory_svg.h"
 
 namespace rover {
@@ -25,6 +27,7 @@ struct EvaluateOptions {
   std::vector<std::string> peers;  // NAME=FILE
   double max_difference = 0.02;    // s
   bool json = false;
+  bool report = false;
 };
 
 struct NamedTrajectory {
@@ -100,6 +103,29 @@ ReportOptions report_for(const RunFolder& run) {
   return report;
 }
 
+fs::path output_folder(const EvaluateOptions& options) {
+  return options.output.empty() ? options.run : options.output;
+}
+
+// The name of the sequence: the dataset's folder.
+std::string title_of(const EvaluateOptions& options, const RunFolder& run) {
+  fs::path dataset = options.dataset.empty() ? fs::path(run.summary.value("dataset", "a run"))
+                                             : fs::absolute(options.dataset).lexically_normal();
+  if (dataset.filename().empty()) dataset = dataset.parent_path();
+  return dataset.filename().string();
+}
+
+void write_report(const EvaluateOptions& options, const RunFolder& run,
+                  const Evaluation& evaluation) {
+  std::vector<Trajectory> estimates;
+  for (const auto& estimate : evaluation.estimates) estimates.push_back(estimate.trajectory);
+  const RunReport report{title_of(options, run), run,
+                         evaluation.judgements,  estimates,
+                         evaluation.reference,   evaluation.report,
+                         fs::path(options.run) / "map.ply"};
+  write_file_atomically(output_folder(options) / "report.html", run_report_html(report));
+}
+
 Json describe(const RunFolder& run) {
   Json json = {{"mode", run.mode},
                {"pose_frame", run.pose_frame},
@@ -110,6 +136,7 @@ Json describe(const RunFolder& run) {
                           "loops_closed", "dropped_frames", "realtime_factor", "peak_rss_mb"}) {
     if (run.summary.contains(key)) json[key] = run.summary[key];
   }
+  if (const auto after = run.initialised_after()) json["initialised_after_s"] = *after;
   Json& stages = json["stages"] = Json::object();
   for (const StageTiming& timing : run.stages) {
     stages[timing.stage] = {{"count", timing.count},
@@ -140,12 +167,9 @@ std::string draw(const Evaluation& evaluation) {
   for (std::size_t i = 0; i < evaluation.estimates.size(); ++i) {
     const auto& errors = errors_under(evaluation.judgements[i], evaluation.report.headline);
     if (!errors) continue;  // nothing says where it would lie
-    DrawnTrajectory estimate{evaluation.estimates[i].name, evaluation.estimates[i].trajectory};
-    for (StampedPose& stamped : estimate.trajectory) {
-      stamped.pose = move_pose(errors->reference_from_estimate, stamped.pose);
-    }
-    estimate.name += fmt::format(" (ATE {:.4f} m)", errors->position.rmse);
-    drawn.push_back(std::move(estimate));
+    drawn.push_back(
+        {fmt::format("{} (ATE {:.4f} m)", evaluation.estimates[i].name, errors->position.rmse),
+         move_world(errors->reference_from_estimate, evaluation.estimates[i].trajectory)});
   }
   return draw_trajectories({"reference", crop(evaluation.reference, evaluation.estimates)}, drawn);
 }
@@ -154,9 +178,19 @@ std::string to_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// The final trajectory where it lies over the reference, and that: for other programs' plots.
+void write_aligned(const fs::path& folder, const Evaluation& evaluation) {
+  const auto& errors = errors_under(evaluation.judgements[0], evaluation.report.headline);
+  if (!errors) return;
+  write_tum_trajectory(folder / "trajectory_reference.txt", evaluation.reference);
+  write_tum_trajectory(
+      folder / "trajectory_aligned.txt",
+      move_world(errors->reference_from_estimate, evaluation.estimates[0].trajectory));
+}
+
 void write_results(const fs::path& folder, const Evaluation& evaluation) {
   write_file_atomically(folder / "evaluation.json", to_text(evaluation.json));
-  write_file_atomically(folder / "trajectory.svg", draw(evaluation));
+  write_file_atomically(folder / "trajectory.svg", standalone_svg(draw(evaluation)));
 }
 
 std::string format_timing(const RunFolder& run) {
@@ -181,7 +215,10 @@ void evaluate_run(const EvaluateOptions& options) {
   evaluation.estimates.push_back({"final", run.final});
   if (!run.causal.empty()) evaluation.estimates.push_back({"causal", run.causal});
   judge_all(options, run.offered, evaluation);
-  write_results(options.output.empty() ? options.run : options.output, evaluation);
+  evaluation.reference = crop(evaluation.reference, evaluation.estimates);
+  write_results(output_folder(options), evaluation);
+  write_aligned(output_folder(options), evaluation);
+  write_report(options, run, evaluation);
   if (options.json) {
     std::cout << to_text(evaluation.json);
     return;
@@ -189,6 +226,18 @@ void evaluate_run(const EvaluateOptions& options) {
   std::cout << fmt::format("mode {}, poses of {}\n\n", run.mode, run.pose_frame)
             << format_table(evaluation.judgements, evaluation.report) << '\n'
             << format_timing(run);
+}
+
+// A run without ground truth: what it says of itself.
+void report_run(const EvaluateOptions& options) {
+  const RunFolder run = read_run_folder(options.run);
+  print_notes(run.notes);
+  Evaluation evaluation;
+  evaluation.report = report_for(run);
+  write_report(options, run, evaluation);
+  std::cout << fmt::format("mode {}, poses of {}\n\n", run.mode, run.pose_frame)
+            << format_timing(run) << "\nwritten to "
+            << (output_folder(options) / "report.html").string() << '\n';
 }
 
 void evaluate_files(const EvaluateOptions& options) {
@@ -206,6 +255,9 @@ void evaluate_files(const EvaluateOptions& options) {
 
 void evaluate(const EvaluateOptions& options) {
   const bool run = !options.run.empty() && !options.dataset.empty();
+  if (options.report && !options.run.empty() && options.dataset.empty()) {
+    return report_run(options);
+  }
   const bool files = !options.estimate.empty() && !options.reference.empty();
   require(run != files && (run || options.run.empty()) && (files || options.estimate.empty()),
           "evaluate needs either --run DIR and --dataset DIR, or --estimate FILE and --reference "
@@ -233,7 +285,9 @@ void add_evaluate(CLI::App& program) {
   command->add_option("--max-difference", options->max_difference,
                       "seconds between poses that belong together (0.02)");
   command->add_option("--output", options->output,
-                      "folder for evaluation.json and trajectory.svg (the run folder)");
+                      "folder for evaluation.json, trajectory.svg and report.html (the run folder)");
+  command->add_flag("--report", options->report,
+                    "without --dataset: write report.html of a run that has no ground truth");
   command->add_flag("--json", options->json, "print JSON instead of a table");
   command->callback([options] { evaluate(*options); });
 }

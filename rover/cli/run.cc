@@ -141,6 +141,7 @@ class Run {
     RunFacts facts;
     facts.mode = mode_;
     facts.realtime = options_.realtime;
+    facts.dataset = fs::absolute(options_.dataset).lexically_normal();
     Progress progress(limit(dataset_.size()));
     Pacer pacer(options_.realtime);
     Stopwatch wall;
@@ -179,6 +180,7 @@ class Run {
       const cv::Mat right = frame.images.size() > 1 ? frame.images[1] : cv::Mat();
       const TrackingResult result = system_.add_images(frame.time, frame.images[0], right);
       recorder.add(frame.index, result, watch.lap_ms());
+      recorder.add_sample(frame.images[0], result, system_);
       progress.show(frame.index, result);
     }
   }

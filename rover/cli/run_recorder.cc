@@ -1,18 +1,35 @@
 #include "rover/cli/run_recorder.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <fstream>
 
 #include <fmt/format.h>
 
 #include "rover/datasets/atomic_file.h"
 
 namespace rover {
+namespace {
+
+constexpr std::size_t kMemoryPeriod = 20;  // frames
+
+// MB that the process occupies now; 0 where the system does not say.
+double resident_memory_mb() {
+  std::ifstream stream("/proc/self/statm");
+  double whole = 0, resident = 0;
+  stream >> whole >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024 * 1024);
+}
+
+}  // namespace
 
 void RunRecorder::add(std::int64_t index, const TrackingResult& result, double total_ms) {
   const AnchoredPose& pose = result.anchored;
+  if (times_.size() % kMemoryPeriod == 0) rss_mb_ = resident_memory_mb();
   frames_.push_back({index, pose.time, to_string(result.state), pose.map.value, result.epoch,
                      pose.reference.value, result.features, result.matches, result.inliers,
-                     total_ms});
+                     total_ms, rss_mb_});
   times_.emplace_back(index, result.times);
   if (result.state != TrackingState::kOk) return;
   odometry_from_body_ = odometry_from_body_ * result.last_from_body;
@@ -55,15 +72,17 @@ void RunRecorder::write(const std::filesystem::path& folder) const {
   write_file_atomically(folder / "frames.csv", frames_csv());
   write_file_atomically(folder / "timing.csv", timing_csv());
   write_file_atomically(folder / "covariance.csv", covariance_csv());
+  samples_.write(folder);
 }
 
 std::string RunRecorder::frames_csv() const {
   std::string text =
-      "frame,time,state,map,epoch,reference_keyframe,features,matches,inliers,frame_ms\n";
+      "frame,time,state,map,epoch,reference_keyframe,features,matches,inliers,frame_ms,rss_mb\n";
   for (const FrameRecord& f : frames_) {
     text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{:.3f}\n", f.index, format_seconds(f.time), f.state,
-                    f.map, f.epoch, f.reference, f.features, f.matches, f.inliers, f.total_ms);
+        fmt::format("{},{},{},{},{},{},{},{},{},{:.3f},{:.1f}\n", f.index, format_seconds(f.time), f.state,
+                    f.map, f.epoch, f.reference, f.features, f.matches, f.inliers, f.total_ms,
+                    f.rss_mb);
   }
   return text;
 }

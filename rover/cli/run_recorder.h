@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rover/cli/sample_frames.h"
 #include "rover/datasets/trajectory.h"
 #include "rover/slam/system.h"
 
@@ -21,6 +22,7 @@ struct FrameRecord {
   int matches = 0;
   int inliers = 0;
   double total_ms = 0;  // decoded image in to pose out
+  double rss_mb = 0;    // memory of the process, sampled now and then
 };
 
 // Collects what a run gives, frame by frame, and writes the files of the output contract (DESIGN,
@@ -29,6 +31,10 @@ class RunRecorder {
  public:
   void add(std::int64_t index, const TrackingResult& result, double total_ms);
   void add_unusable(std::int64_t index, Timestamp time, const std::string& state);
+  // For the pictures of the report: the image of the frame last added.
+  void add_sample(const cv::Mat& image, const TrackingResult& result, const System& system) {
+    samples_.offer(image, result, system);
+  }
   void add_mapping(std::vector<MappingRecord> records);
 
   const std::vector<FrameRecord>& frames() const { return frames_; }
@@ -36,7 +42,8 @@ class RunRecorder {
   int count(const std::string& state) const;
   int lost_events() const;
 
-  // trajectory_causal.txt, trajectory_odometry.txt, frames.csv, timing.csv, covariance.csv.
+  // trajectory_causal.txt, trajectory_odometry.txt, frames.csv, timing.csv, covariance.csv, and
+  // samples/.
   void write(const std::filesystem::path& folder) const;
 
   // Stage name -> all its times in ms.
@@ -54,6 +61,8 @@ class RunRecorder {
   Trajectory causal_;
   Trajectory odometry_;
   SE3 odometry_from_body_;
+  SampleFrames samples_;
+  double rss_mb_ = 0;
 };
 
 }  // namespace rover

@@ -91,6 +91,7 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
               std::size_t final_poses) {
   const auto times = frame_times(recorder);
   Json json;
+  json["dataset"] = facts.dataset.string();
   json["mode"] = to_string(facts.mode);
   json["pose_frame"] = "cam0";
   json["frames"] = facts.frames_offered;

@@ -11,6 +11,7 @@ namespace rover {
 // What a summary says beside what System and RunRecorder know.
 struct RunFacts {
   Mode mode = Mode::kMono;
+  std::filesystem::path dataset;
   bool realtime = false;
   std::size_t frames_offered = 0;
   double sensor_seconds = 0;       // from the first to the last stamp

@@ -14,7 +14,6 @@ namespace {
 
 using Json = nlohmann::json;
 using Pointer = Json::json_pointer;
-using Rows = std::vector<std::vector<std::string>>;
 
 constexpr FigureKind kKinds[] = {
     {"coverage", "coverage [%]", 1, true},
@@ -38,7 +37,7 @@ constexpr FigureKind kKinds[] = {
     {"realtime_factor", "x real time", 2, true},
     {"peak_mb", "peak [MB]", 0, false},
 };
-constexpr const char* kStage = "stage.";
+constexpr std::string_view kStage = "stage.";
 
 void take(const Json& json, const std::string& pointer, const std::string& key, Figures& figures,
           double factor = 1) {
@@ -57,15 +56,15 @@ void take_errors(const Json& trajectory, const std::string& headline, Figures& f
   take(trajectory, at + "/rpe_frame_deg/rmse", "rpe_rotation_rmse", figures);
   take(trajectory, at + "/rpe_distance/translation_percent", "rpe_percent", figures);
   take(trajectory, at + "/rpe_distance/rotation_deg_per_m", "rpe_deg_per_m", figures);
-  take(trajectory, "/drift/percent", "drift_percent", figures);
+  take(trajectory, at + "/drift/percent", "drift_percent", figures);
   take(trajectory, "/longest_gap_s", "longest_gap", figures);
 }
 
 void take_stages(const Json& summary, Figures& figures) {
   if (!summary.is_object() || !summary.contains("stages")) return;
   for (const auto& [stage, times] : summary["stages"].items()) {
-    take(times, "/median", kStage + stage + ".median", figures);
-    take(times, "/p95", kStage + stage + ".p95", figures);
+    take(times, "/median", fmt::format("{}{}.median", kStage, stage), figures);
+    take(times, "/p95", fmt::format("{}{}.p95", kStage, stage), figures);
   }
 }
 
@@ -110,21 +109,6 @@ const BenchmarkCell* find_cell(const std::vector<BenchmarkCell>& cells, const st
   return nullptr;
 }
 
-// Sequences and modes down, configurations across.
-std::string format_side_by_side(const std::vector<BenchmarkCell>& cells) {
-  const auto columns = distinct(cells, [](const CellName& n) { return n.configuration; });
-  Rows rows = {{"ATE rmse [m]"}};
-  rows[0].insert(rows[0].end(), columns.begin(), columns.end());
-  for (const std::string& label : distinct(cells, row_label)) {
-    rows.push_back({label});
-    for (const std::string& column : columns) {
-      const BenchmarkCell* cell = find_cell(cells, label, column);
-      rows.back().push_back(cell ? format_summary(*cell, figure_kind("ate_rmse")) : "");
-    }
-  }
-  return format_rows(rows);
-}
-
 // The figures that any cell has.
 std::vector<const FigureKind*> present_kinds(const std::vector<BenchmarkCell>& cells) {
   std::vector<const FigureKind*> kinds;
@@ -135,30 +119,23 @@ std::vector<const FigureKind*> present_kinds(const std::vector<BenchmarkCell>& c
   return kinds;
 }
 
-// Figures down, configurations across, for one sequence and mode.
-std::string format_block(const std::string& label, const std::vector<BenchmarkCell>& cells) {
-  Rows rows = {{label}, {"runs (failed)"}};
-  for (const BenchmarkCell& cell : cells) {
-    rows[0].push_back(cell.name.configuration);
-    rows[1].push_back(fmt::format("{} ({})", cell.runs, cell.failed));
-  }
-  for (const FigureKind* kind : present_kinds(cells)) {
-    rows.push_back({kind->label});
-    for (const BenchmarkCell& cell : cells) rows.back().push_back(format_summary(cell, *kind));
-  }
+// The names of stages that any cell has.
+std::set<std::string> present_stages(const std::vector<BenchmarkCell>& cells) {
+  constexpr std::string_view kEnd = ".median";
   std::set<std::string> stages;
   for (const BenchmarkCell& cell : cells) {
     for (const auto& [key, summary] : cell.figures) {
-      if (key.starts_with(kStage) && key.ends_with(".median")) stages.insert(key);
+      if (!key.starts_with(kStage) || !key.ends_with(kEnd)) continue;
+      stages.insert(key.substr(kStage.size(), key.size() - kStage.size() - kEnd.size()));
     }
   }
-  for (const std::string& key : stages) {
-    const std::string stage = key.substr(6, key.size() - 6 - 7);
-    const FigureKind kind{key.c_str(), "", 2, false};
-    rows.push_back({"  " + stage + " [ms]"});
-    for (const BenchmarkCell& cell : cells) rows.back().push_back(format_summary(cell, kind));
-  }
-  return format_rows(rows);
+  return stages;
+}
+
+TableRows heading(const std::string& first, const std::vector<BenchmarkCell>& cells) {
+  TableRows rows = {{first}};
+  for (const BenchmarkCell& cell : cells) rows[0].push_back(cell.name.configuration);
+  return rows;
 }
 
 std::string csv_field(const std::string& text) {
@@ -224,15 +201,68 @@ std::string format_summary(const BenchmarkCell& cell, const FigureKind& kind) {
   return median == worst ? median : fmt::format("{} ({})", median, worst);
 }
 
+TableRows side_by_side(const std::vector<BenchmarkCell>& cells) {
+  const auto columns = distinct(cells, [](const CellName& n) { return n.configuration; });
+  TableRows rows = {{"ATE rmse [m]"}};
+  rows[0].insert(rows[0].end(), columns.begin(), columns.end());
+  for (const std::string& label : distinct(cells, row_label)) {
+    rows.push_back({label});
+    for (const std::string& column : columns) {
+      const BenchmarkCell* cell = find_cell(cells, label, column);
+      rows.back().push_back(cell ? format_summary(*cell, figure_kind("ate_rmse")) : "");
+    }
+  }
+  return rows;
+}
+
+TableRows figure_rows(const std::vector<BenchmarkCell>& cells_of_one) {
+  TableRows rows = heading(row_label(cells_of_one.front().name), cells_of_one);
+  rows.push_back({"runs (failed)"});
+  for (const BenchmarkCell& cell : cells_of_one) {
+    rows[1].push_back(fmt::format("{} ({})", cell.runs, cell.failed));
+  }
+  for (const FigureKind* kind : present_kinds(cells_of_one)) {
+    rows.push_back({kind->label});
+    for (const BenchmarkCell& cell : cells_of_one) {
+      rows.back().push_back(format_summary(cell, *kind));
+    }
+  }
+  return rows;
+}
+
+TableRows stage_rows(const std::vector<BenchmarkCell>& cells_of_one) {
+  TableRows rows = heading("stage, median and 95% [ms]", cells_of_one);
+  for (const std::string& stage : present_stages(cells_of_one)) {
+    rows.push_back({stage});
+    for (const BenchmarkCell& cell : cells_of_one) {
+      const auto median = cell.figures.find(fmt::format("{}{}.median", kStage, stage));
+      const auto p95 = cell.figures.find(fmt::format("{}{}.p95", kStage, stage));
+      rows.back().push_back(median == cell.figures.end() || p95 == cell.figures.end()
+                                ? "-"
+                                : fmt::format("{:.2f}, {:.2f}", median->second.median,
+                                              p95->second.median));
+    }
+  }
+  return rows;
+}
+
+std::vector<std::vector<BenchmarkCell>> by_sequence(const std::vector<BenchmarkCell>& cells) {
+  std::vector<std::vector<BenchmarkCell>> groups;
+  for (const std::string& label : distinct(cells, row_label)) {
+    groups.emplace_back();
+    for (const BenchmarkCell& cell : cells) {
+      if (row_label(cell.name) == label) groups.back().push_back(cell);
+    }
+  }
+  return groups;
+}
+
 std::string format_benchmark(const std::vector<BenchmarkCell>& cells) {
   std::string text = "Median over the runs of a cell, the worst in brackets.\n\n";
-  text += format_side_by_side(cells);
-  for (const std::string& label : distinct(cells, row_label)) {
-    std::vector<BenchmarkCell> block;
-    for (const BenchmarkCell& cell : cells) {
-      if (row_label(cell.name) == label) block.push_back(cell);
-    }
-    text += "\n" + format_block(label, block);
+  text += format_rows(side_by_side(cells));
+  for (const auto& group : by_sequence(cells)) {
+    text += "\n" + format_rows(figure_rows(group)) + "\n";
+    text += format_rows(stage_rows(group));
   }
   return text;
 }

@@ -61,7 +61,17 @@ struct BenchmarkCell {
 // In the order in which the cells first appear.
 std::vector<BenchmarkCell> summarize(const std::vector<BenchmarkRun>& runs);
 
-// For people: ATE side by side, then all figures, then the stages.
+// Rows of text for people, the first one with the names of the configurations: ATE of every
+// sequence and mode; and all figures and stages of one sequence and mode.
+using TableRows = std::vector<std::vector<std::string>>;
+TableRows side_by_side(const std::vector<BenchmarkCell>& cells);
+TableRows figure_rows(const std::vector<BenchmarkCell>& cells_of_one);
+TableRows stage_rows(const std::vector<BenchmarkCell>& cells_of_one);
+
+// The cells of each sequence and mode together.
+std::vector<std::vector<BenchmarkCell>> by_sequence(const std::vector<BenchmarkCell>& cells);
+
+// All of that as text.
 std::string format_benchmark(const std::vector<BenchmarkCell>& cells);
 // One line per run.
 std::string benchmark_csv(const std::vector<BenchmarkRun>& runs);

@@ -7,19 +7,31 @@
 namespace rover {
 namespace {
 
-std::optional<AlignedErrors> judge_aligned(std::span<const PosePair> pairs, AlignmentKind kind) {
-  const auto alignment = align(pairs, kind);
+std::optional<AlignedErrors> judge_aligned(const Judgement& judgement, const Trajectory& estimate,
+                                           const std::optional<BlindStretch>& blind,
+                                           AlignmentKind kind) {
+  const auto alignment = align(judgement.pairs, kind);
   if (!alignment) return std::nullopt;
-  const std::vector<PosePair> aligned = move_estimates(*alignment, pairs);
+  const std::vector<PosePair> aligned = move_estimates(*alignment, judgement.pairs);
   const RelativeErrors relative = frame_to_frame_errors(aligned);
-  return AlignedErrors{*alignment, statistics_of(position_errors(aligned)),
+  AlignedErrors errors{*alignment, statistics_of(position_errors(aligned)),
                        statistics_of(relative.translation), statistics_of(relative.rotation),
-                       distance_errors(aligned)};
+                       distance_errors(aligned), std::nullopt};
+  if (blind) errors.drift = measure_drift(estimate, judgement.pairs, *blind, kind);
+  return errors;
 }
 
 nlohmann::json statistics_json(const ErrorStatistics& s) {
   return {{"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median},
           {"max", s.max},   {"min", s.min},   {"std", s.std}};
+}
+
+nlohmann::json drift_json(const std::optional<Drift>& drift) {
+  if (!drift) return nullptr;
+  return {{"blind_s", drift->blind},
+          {"path_m", drift->path},
+          {"end_m", statistics_json(drift->position)},
+          {"percent", drift->percent}};
 }
 
 nlohmann::json errors_json(const std::optional<AlignedErrors>& errors) {
@@ -29,6 +41,7 @@ nlohmann::json errors_json(const std::optional<AlignedErrors>& errors) {
           {"ate_m", statistics_json(errors->position)},
           {"rpe_frame_m", statistics_json(errors->relative_translation)},
           {"rpe_frame_deg", statistics_json(errors->relative_rotation)},
+          {"drift", drift_json(errors->drift)},
           {"rpe_distance",
            {{"lengths_m", distance.lengths},
             {"count", distance.count},
@@ -54,9 +67,11 @@ Judgement judge(const std::string& name, const Trajectory& estimate, const Traje
   if (offered && offered->frames > 0) {
     result.coverage = static_cast<double>(result.poses) / static_cast<double>(offered->frames);
   }
-  result.rigid = judge_aligned(result.pairs, AlignmentKind::kRigid);
-  result.similarity = judge_aligned(result.pairs, AlignmentKind::kSimilarity);
-  result.gravity = judge_aligned(result.pairs, AlignmentKind::kGravity);
+  const auto blind =
+      find_blind_stretch(reference, estimate.front().time, estimate.back().time);
+  result.rigid = judge_aligned(result, estimate, blind, AlignmentKind::kRigid);
+  result.similarity = judge_aligned(result, estimate, blind, AlignmentKind::kSimilarity);
+  result.gravity = judge_aligned(result, estimate, blind, AlignmentKind::kGravity);
   return result;
 }
 

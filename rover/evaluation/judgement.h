@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "rover/evaluation/metrics.h"
+#include "rover/evaluation/drift.h"
 
 namespace rover {
 
@@ -17,6 +17,7 @@ struct AlignedErrors {
   ErrorStatistics relative_translation;  // from pair to pair, metres
   ErrorStatistics relative_rotation;     // from pair to pair, degrees
   DistanceErrors per_distance;
+  std::optional<Drift> drift;  // where the reference knows the beginning and the end only
 };
 
 // Everything that is said about one trajectory.

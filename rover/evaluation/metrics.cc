@@ -116,6 +116,12 @@ std::vector<PosePair> move_estimates(const Sim3& reference_from_estimate,
   return moved;
 }
 
+Trajectory move_world(const Sim3& new_world_from_world, const Trajectory& trajectory) {
+  Trajectory moved = trajectory;
+  for (StampedPose& stamped : moved) stamped.pose = move_pose(new_world_from_world, stamped.pose);
+  return moved;
+}
+
 std::vector<double> position_errors(std::span<const PosePair> aligned) {
   std::vector<double> errors;
   for (const PosePair& pair : aligned) {

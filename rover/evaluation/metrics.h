@@ -36,6 +36,8 @@ std::optional<Sim3> align(std::span<const PosePair> pairs, AlignmentKind kind);
 std::vector<PosePair> move_estimates(const Sim3& reference_from_estimate,
                                      std::span<const PosePair> pairs);
 
+Trajectory move_world(const Sim3& new_world_from_world, const Trajectory& trajectory);
+
 // Absolute trajectory error: distances between the positions of aligned pairs, in metres.
 std::vector<double> position_errors(std::span<const PosePair> aligned);
 

@@ -1,5 +1,6 @@
 #include "rover/evaluation/report.h"
 
+#include <algorithm>
 #include <functional>
 
 #include <fmt/format.h>
@@ -22,24 +23,12 @@ class Table {
     for (const Judgement& judgement : judgements_) rows_.back().push_back(cell(judgement));
   }
 
-  std::string text() const { return format_rows(rows_); }
+  const std::vector<std::vector<std::string>>& rows() const { return rows_; }
 
  private:
   const std::vector<Judgement>& judgements_;
   std::vector<std::vector<std::string>> rows_;
 };
-
-const char* name_of(AlignmentKind kind) {
-  switch (kind) {
-    case AlignmentKind::kRigid:
-      return "SE(3)";
-    case AlignmentKind::kSimilarity:
-      return "Sim(3)";
-    case AlignmentKind::kGravity:
-      return "4-DoF";
-  }
-  return "";
-}
 
 void add_errors(Table& table, AlignmentKind kind, const std::string& label,
                 const std::function<std::string(const AlignedErrors&)>& cell) {
@@ -49,7 +38,17 @@ void add_errors(Table& table, AlignmentKind kind, const std::string& label,
   });
 }
 
-void add_alignment(Table& table, AlignmentKind kind) {
+// Shown only where there is one to be told.
+void add_drift(Table& table, AlignmentKind kind) {
+  add_errors(table, kind, "  drift, aligned at the start: end [m]", [](const AlignedErrors& e) {
+    return e.drift ? fmt::format("{:.4f}", e.drift->position.rmse) : std::string("-");
+  });
+  add_errors(table, kind, "  drift [% of the path]", [](const AlignedErrors& e) {
+    return e.drift ? fmt::format("{:.3f}", e.drift->percent) : std::string("-");
+  });
+}
+
+void add_alignment(Table& table, const std::vector<Judgement>& judgements, AlignmentKind kind) {
   const std::string name = name_of(kind);
   add_errors(table, kind, "ATE " + name + ", rmse [m]",
              [](const AlignedErrors& e) { return fmt::format("{:.4f}", e.position.rmse); });
@@ -59,6 +58,11 @@ void add_alignment(Table& table, AlignmentKind kind) {
   add_errors(table, kind, "  max, std [m]", [](const AlignedErrors& e) {
     return fmt::format("{:.4f}, {:.4f}", e.position.max, e.position.std);
   });
+  const auto has_drift = [&](const Judgement& j) {
+    const auto& errors = errors_under(j, kind);
+    return errors && errors->drift;
+  };
+  if (std::any_of(judgements.begin(), judgements.end(), has_drift)) add_drift(table, kind);
   if (kind != AlignmentKind::kSimilarity) return;
   add_errors(table, kind, "  scale", [](const AlignedErrors& e) {
     return fmt::format("{:.4f}", e.reference_from_estimate.scale);
@@ -88,12 +92,25 @@ void add_relative(Table& table, AlignmentKind kind) {
 
 }  // namespace
 
+const char* name_of(AlignmentKind kind) {
+  switch (kind) {
+    case AlignmentKind::kRigid:
+      return "SE(3)";
+    case AlignmentKind::kSimilarity:
+      return "Sim(3)";
+    case AlignmentKind::kGravity:
+      return "4-DoF";
+  }
+  return "";
+}
+
 const std::optional<AlignedErrors>& errors_under(const Judgement& judgement, AlignmentKind kind) {
   if (kind == AlignmentKind::kSimilarity) return judgement.similarity;
   return kind == AlignmentKind::kGravity ? judgement.gravity : judgement.rigid;
 }
 
-std::string format_table(const std::vector<Judgement>& judgements, const ReportOptions& options) {
+std::vector<std::vector<std::string>> table_rows(const std::vector<Judgement>& judgements,
+                                                 const ReportOptions& options) {
   Table table(judgements);
   table.add("poses", [](const Judgement& j) { return fmt::format("{}", j.poses); });
   table.add("  with a reference",
@@ -104,11 +121,15 @@ std::string format_table(const std::vector<Judgement>& judgements, const ReportO
   table.add("longest gap [s]",
             [](const Judgement& j) { return fmt::format("{:.3f}", j.longest_gap); });
   table.add("path [m]", [](const Judgement& j) { return fmt::format("{:.2f}", j.path); });
-  if (options.rigid) add_alignment(table, AlignmentKind::kRigid);
-  if (options.similarity) add_alignment(table, AlignmentKind::kSimilarity);
-  if (options.gravity) add_alignment(table, AlignmentKind::kGravity);
+  if (options.rigid) add_alignment(table, judgements, AlignmentKind::kRigid);
+  if (options.similarity) add_alignment(table, judgements, AlignmentKind::kSimilarity);
+  if (options.gravity) add_alignment(table, judgements, AlignmentKind::kGravity);
   add_relative(table, options.headline);
-  return table.text();
+  return table.rows();
+}
+
+std::string format_table(const std::vector<Judgement>& judgements, const ReportOptions& options) {
+  return format_rows(table_rows(judgements, options));
 }
 
 }  // namespace rover

@@ -15,7 +15,13 @@ struct ReportOptions {
   AlignmentKind headline = AlignmentKind::kRigid;
 };
 
-// One column per trajectory, one row per figure, as text with aligned columns.
+// SE(3), Sim(3), 4-DoF.
+const char* name_of(AlignmentKind kind);
+
+// One column per trajectory, one row per figure; the first row holds the names.
+std::vector<std::vector<std::string>> table_rows(const std::vector<Judgement>& judgements,
+                                                 const ReportOptions& options);
+// The same as text with aligned columns.
 std::string format_table(const std::vector<Judgement>& judgements, const ReportOptions& options);
 
 // The errors under one alignment, if it is determined.

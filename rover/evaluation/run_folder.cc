@@ -25,7 +25,20 @@ std::string text_of(const Json& json, const std::string& key, const fs::path& fi
   return found->get<std::string>();
 }
 
-// Calls `use` with the fields of the named columns for each row after the header.
+constexpr std::size_t kAbsent = std::string::npos;
+
+std::size_t find_column(const std::vector<std::string_view>& header, std::string column,
+                        const fs::path& file) {
+  const bool optional = column.ends_with('?');
+  if (optional) column.pop_back();
+  const auto found = std::find(header.begin(), header.end(), column);
+  if (found == header.end() && optional) return kAbsent;
+  require(found != header.end(), "{}: has no column '{}'", file.string(), column);
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+// Calls `use` with the fields of the named columns for each row after the header. A column whose
+// name ends in '?' may be missing: its fields are empty.
 void read_csv(const fs::path& file, const std::vector<std::string>& columns,
               const std::function<void(const std::vector<std::string_view>&)>& use,
               std::vector<std::string>& notes) {
@@ -34,10 +47,7 @@ void read_csv(const fs::path& file, const std::vector<std::string>& columns,
   require(!rows.empty(), "{}: has no header line", file.string());
   std::vector<std::size_t> places;
   for (const std::string& column : columns) {
-    const auto& header = rows.front().fields;
-    const auto found = std::find(header.begin(), header.end(), column);
-    require(found != header.end(), "{}: has no column '{}'", file.string(), column);
-    places.push_back(static_cast<std::size_t>(found - header.begin()));
+    places.push_back(find_column(rows.front().fields, column, file));
   }
   Omissions omissions(file);
   std::size_t kept = 0;
@@ -45,8 +55,8 @@ void read_csv(const fs::path& file, const std::vector<std::string>& columns,
     try {
       std::vector<std::string_view> fields;
       for (const std::size_t place : places) {
-        require_fields(row, place + 1);
-        fields.push_back(row.fields[place]);
+        if (place != kAbsent) require_fields(row, place + 1);
+        fields.push_back(place == kAbsent ? std::string_view() : row.fields[place]);
       }
       use(fields);
       ++kept;
@@ -57,23 +67,32 @@ void read_csv(const fs::path& file, const std::vector<std::string>& columns,
   if (rows.size() > 1) omissions.finish(kept, &notes);
 }
 
+double number_if_any(std::string_view field) { return field.empty() ? 0 : parse_number(field); }
+
 void read_frames(const fs::path& file, RunFolder& run) {
   const auto use = [&](const std::vector<std::string_view>& fields) {
-    const Timestamp time = parse_seconds_field(fields[0]);
-    if (run.offered.frames == 0) run.offered.first = time;
-    run.offered.last = std::max(run.offered.last, time);
-    ++run.offered.frames;
-    ++run.states[std::string(fields[1])];
+    run.frames.push_back({parse_seconds_field(fields[0]), std::string(fields[1]),
+                          number_if_any(fields[2]), number_if_any(fields[3]),
+                          number_if_any(fields[4]), number_if_any(fields[5]),
+                          number_if_any(fields[6])});
   };
-  read_csv(file, {"time", "state"}, use, run.notes);
+  read_csv(file, {"time", "state", "features?", "matches?", "inliers?", "frame_ms?", "rss_mb?"}, use,
+           run.notes);
+  for (const FrameLine& frame : run.frames) {
+    if (run.offered.frames == 0) run.offered.first = frame.time;
+    run.offered.last = std::max(run.offered.last, frame.time);
+    ++run.offered.frames;
+    ++run.states[frame.state];
+  }
 }
 
 StageTiming timing_of(const std::string& stage, std::vector<double> times) {
-  std::sort(times.begin(), times.end());
+  std::vector<double> sorted = times;
+  std::sort(sorted.begin(), sorted.end());
   const auto at = [&](double share) {
-    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1) + 0.5)];
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5)];
   };
-  return {stage, times.size(), at(0.5), at(0.95), times.back()};
+  return {stage, sorted.size(), at(0.5), at(0.95), sorted.back(), std::move(times)};
 }
 
 void read_timing(const fs::path& file, RunFolder& run) {
@@ -97,7 +116,29 @@ Trajectory read_if_any(const fs::path& file, std::vector<std::string>& notes) {
   return read_tum_trajectory(file, &notes);
 }
 
+// samples/SECONDS.jpg; other files are none of ours.
+void read_samples(const fs::path& folder, RunFolder& run) {
+  if (!fs::is_directory(folder)) return;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".jpg") continue;
+    try {
+      run.samples.push_back({parse_seconds_field(entry.path().stem().string()), entry.path()});
+    } catch (const InputError& error) {
+      run.notes.push_back(fmt::format("{}: left out: {}", entry.path().string(), error.what()));
+    }
+  }
+  std::sort(run.samples.begin(), run.samples.end(),
+            [](const auto& a, const auto& b) { return a.time < b.time; });
+}
+
 }  // namespace
+
+std::optional<double> RunFolder::initialised_after() const {
+  const auto ok = [](const FrameLine& frame) { return frame.state == "ok"; };
+  const auto first = std::find_if(frames.begin(), frames.end(), ok);
+  if (first == frames.end()) return std::nullopt;
+  return seconds_between(offered.first, first->time);
+}
 
 RunFolder read_run_folder(const fs::path& folder) {
   require(fs::is_directory(folder), "{}: no such folder; name the --output of a rover run",
@@ -113,6 +154,8 @@ RunFolder read_run_folder(const fs::path& folder) {
   require(!run.final.empty(), "{}: the run tracked no frame; there is nothing to judge",
           folder.string());
   run.causal = read_if_any(folder / "trajectory_causal.txt", run.notes);
+  run.keyframes = read_if_any(folder / "keyframes.txt", run.notes);
+  read_samples(folder / "samples", run);
   read_frames(folder / "frames.csv", run);
   read_timing(folder / "timing.csv", run);
   return run;

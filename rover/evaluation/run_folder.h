@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,22 @@ struct StageTiming {
   std::string stage;
   std::size_t count = 0;
   double median = 0, p95 = 0, max = 0;
+  std::vector<double> times;  // in the order of the file
+};
+
+// A line of frames.csv. A count that the file does not have is 0.
+struct FrameLine {
+  Timestamp time = 0;
+  std::string state;
+  double features = 0, matches = 0, inliers = 0;
+  double frame_ms = 0;  // 0: the frame was not worked on
+  double rss_mb = 0;
+};
+
+// A picture of a frame with its features.
+struct SamplePicture {
+  Timestamp time = 0;
+  std::filesystem::path file;
 };
 
 // The files that `rover run` leaves in its output folder.
@@ -25,12 +42,17 @@ struct RunFolder {
   std::string pose_frame;  // cam0, body
   Trajectory final;
   Trajectory causal;                  // may be empty
+  Trajectory keyframes;               // may be empty
+  std::vector<FrameLine> frames;      // in the order of frames.csv
+  std::vector<SamplePicture> samples; // in the order of time; may be empty
   Offered offered;                    // from frames.csv
   std::map<std::string, int> states;  // of frames.csv -> frames
   std::vector<StageTiming> stages;    // in the order of timing.csv
   nlohmann::ordered_json summary;
   std::vector<std::string> notes;  // what could not be read
 
+  // Seconds from the first frame offered to the first one with a pose of its own at once.
+  std::optional<double> initialised_after() const;
   bool monocular() const { return mode == "mono"; }
   bool inertial() const { return mode.ends_with("-inertial"); }
 };

@@ -13,10 +13,14 @@ struct DrawnTrajectory {
   Trajectory trajectory;
 };
 
-// A drawing of the estimates over the reference, as SVG: seen along the axis of least extent ("from
-// above"), and from the side; both at one scale, with axes in metres and a legend. Lines break
-// where poses are missing for more than a second. The reference may be empty.
+// A drawing (see svg.h) of the estimates over the reference: seen along the axis of least extent
+// and from the side, both at one scale, with axes in metres and a legend. Lines break where poses
+// are missing for more than a second. The reference may be empty.
 std::string draw_trajectories(const DrawnTrajectory& reference,
                               const std::vector<DrawnTrajectory>& estimates);
+
+// The first view only, 300 px wide, without axes and legend.
+std::string draw_small(const DrawnTrajectory& reference,
+                       const std::vector<DrawnTrajectory>& estimates);
 
 }  // namespace rover

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "rover/base/error.h"
+#include "rover/base/stopwatch.h"
 #include "rover/optimization/inertial_model.h"
 #include "rover/optimization/simulated_flight.h"
 
@@ -108,7 +109,7 @@ Eigen::MatrixXd scaled_information(const InertialBundleProblem& problem) {
 
 TEST(InertialBundle, LeavesFourDirectionsFree) {
   for (const int cameras : {1, 2}) {
-    const auto flight = simulate_flight({.cameras = cameras, .sigma = 1e-3, .seed = 6});
+    const auto flight = simulate_flight({.cameras = cameras, .imu_inflation = 10, .seed = 6});
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled_information(flight.truth));
     const Eigen::VectorXd& values = solver.eigenvalues();
     EXPECT_LT(values.head<4>().cwiseAbs().maxCoeff(), 1e-3 * values[4]);
@@ -215,6 +216,18 @@ TEST(InertialBundle, ReintegratesWhenBiasesAreFar) {
   adjust_inertial_bundle(problem, {});
   for (const auto& link : problem.links) EXPECT_GT(link.motion.bias().vector().norm(), 0);
   EXPECT_LT((problem.bias[3].gyroscope - flight.truth.bias[3].gyroscope).norm(), 0.002);
+  EXPECT_LT(position_error(problem.bundle, flight.truth.bundle), 0.01);
+}
+
+TEST(InertialBundle, AdjustsHundredsOfKeyframes) {
+  const auto flight = simulate_flight({.keyframes = 200, .interval = 0.5, .points = 1000});
+  Random random(17);
+  auto problem = disturbed(flight, 0.5, random);
+  Stopwatch stopwatch;
+  const auto summary = adjust_inertial_bundle(problem, {});
+  std::printf("200 keyframes, %zu observations: %.0f ms, %d iterations\n",
+              problem.bundle.observations.size(), stopwatch.lap_ms(), summary.visual.iterations);
+  ASSERT_TRUE(summary.visual.usable);
   EXPECT_LT(position_error(problem.bundle, flight.truth.bundle), 0.01);
 }
 

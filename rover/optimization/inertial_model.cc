@@ -5,6 +5,20 @@ namespace {
 
 constexpr int kStride = 15;
 
+// Pairs of slots that are both free.
+std::vector<std::pair<int, int>> linked_slots(const InertialBundleProblem& problem,
+                                              const BundleStructure& structure) {
+  std::vector<int> slots(problem.bundle.world_from_body.size(), -1);
+  const auto& free = structure.free_poses;
+  for (std::size_t slot = 0; slot < free.size(); ++slot) slots[free[slot]] = static_cast<int>(slot);
+  std::vector<std::pair<int, int>> links;
+  for (const InertialLink& link : problem.links) {
+    if (slots[link.from] >= 0 && slots[link.to] >= 0)
+      links.emplace_back(slots[link.from], slots[link.to]);
+  }
+  return links;
+}
+
 }  // namespace
 
 InertialBundleModel::InertialBundleModel(const InertialBundleProblem& problem,
@@ -12,7 +26,7 @@ InertialBundleModel::InertialBundleModel(const InertialBundleProblem& problem,
     : problem_(problem),
       structure_(problem.bundle, pass.active),
       linearizer_(problem.bundle, structure_, pass),
-      complement_(structure_, kStride),
+      complement_(structure_, linked_slots(problem, structure_)),
       rows_(problem.bundle.world_from_body.size(), -1) {
   const auto& free = structure_.free_poses;
   for (std::size_t slot = 0; slot < free.size(); ++slot)

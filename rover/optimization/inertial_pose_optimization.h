@@ -26,8 +26,8 @@ struct InertialPoseProblem {
   // Information of `last` (inverse covariance, tangent of InertialState): the marginal that this
   // function returned for it. None: the last state is taken as exact, as after mapping has adjusted
   // it.
-  std::optional<Matrix15d> last_information;
-  std::span<const PoseObservation> observations;  // of the current frame
+  std::optional<Matrix15d> last_information{};
+  std::span<const PoseObservation> observations{};  // of the current frame
   Eigen::Vector3d gravity = gravity_of_z_up();
 };
 

@@ -157,14 +157,13 @@ TEST(InertialPoseOptimization, TakesLessThanAMillisecond) {
   ASSERT_GT(frames.seen[1].size(), 300u);
   double best = 1e9;
   for (int i = 0; i < 50; ++i) {
-    const Stopwatch stopwatch;
+    Stopwatch stopwatch;
     track(frames, 1, frames.first, frames.first_information);
-    best = std::min(best, stopwatch.seconds());
+    best = std::min(best, stopwatch.lap_ms());
   }
   const double per_300 = best * 300 / static_cast<double>(frames.seen[1].size());
-  std::printf("%zu observations: %.3f ms, %.3f ms per 300\n", frames.seen[1].size(), 1e3 * best,
-              1e3 * per_300);
-  EXPECT_LT(per_300, 2e-3);  // twice the aim: other programs may run beside the test
+  std::printf("%zu observations: %.3f ms, %.3f ms per 300\n", frames.seen[1].size(), best, per_300);
+  EXPECT_LT(per_300, 2);  // twice the aim: other programs may run beside the test
 }
 
 TEST(InertialPoseOptimization, GivesTheSameBytesTwice) {
@@ -177,11 +176,14 @@ TEST(InertialPoseOptimization, GivesTheSameBytesTwice) {
 
 TEST(InertialPoseOptimization, ReportsWhatItCannotSolve) {
   Frames frames = simulate_frames(3, {.seed = 11});
-  frames.seen[1][0].point.setConstant(std::nan(""));
+  frames.first.velocity.setConstant(std::nan(""));
   const auto estimate = track(frames, 1, frames.first, frames.first_information);
   EXPECT_FALSE(estimate.converged);
-  const InertialPoseProblem problem = {
-      .rig = frames.rig, .motion = frames.motions[0], .last = frames.first};
+  const InertialPoseProblem problem = {.rig = frames.rig,
+                                       .motion = frames.motions[0],
+                                       .last = frames.first,
+                                       .last_information = {},
+                                       .observations = {}};
   EXPECT_THROW(optimize_inertial_pose(problem, {.rounds = 0}), InputError);
   EXPECT_THROW(optimize_inertial_pose(problem, {.iterations = 0}), InputError);
   EXPECT_THROW(optimize_inertial_pose(problem, {.chi2 = 0}), InputError);

@@ -2,6 +2,15 @@
 
 namespace rover {
 
+SchurComplement::SchurComplement(const BundleStructure& structure)
+    : SchurComplement(structure, 6) {}
+
+SchurComplement::SchurComplement(const BundleStructure& structure,
+                                 const std::vector<std::pair<int, int>>& links)
+    : SchurComplement(structure, 15) {
+  state_solver_.emplace(static_cast<int>(structure.free_poses.size()), links);
+}
+
 SchurComplement::SchurComplement(const BundleStructure& structure, int stride)
     : structure_(structure), stride_(stride) {
   const auto unknowns = static_cast<Eigen::Index>(stride * structure.free_poses.size());
@@ -16,12 +25,17 @@ bool SchurComplement::solve(const BundleEquations& equations, const DenseEquatio
                             const Damping& damping, BundleStep& step) {
   if (!reduce(equations, states, damping)) return false;
   if (states) hold_directions(states->held, reduced_, right_side_);
+  if (!solve_reduced()) return false;
+  substitute_back(equations, damping, step);
+  return true;
+}
+
+bool SchurComplement::solve_reduced() {
+  if (state_solver_) return state_solver_->solve(reduced_, right_side_);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(reduced_);
   if (cholesky.info() != Eigen::Success) return false;
   cholesky.solveInPlace(right_side_);
-  if (!right_side_.allFinite()) return false;
-  substitute_back(equations, damping, step);
-  return true;
+  return right_side_.allFinite();
 }
 
 // Points on a single ray have no certain depth: a trace of damping keeps them solvable.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -7,11 +9,12 @@
 #include "rover/optimization/bundle_equations.h"
 #include "rover/optimization/damping.h"
 #include "rover/optimization/dense_equations.h"
+#include "rover/optimization/state_solver.h"
 
 namespace rover {
 
 struct BundleStep {
-  Eigen::VectorXd states;               // `stride` elements per slot
+  Eigen::VectorXd states;               // per slot
   std::vector<Eigen::Vector3d> points;  // per track
   double predicted_decrease = 0;
 };
@@ -21,11 +24,13 @@ struct BundleStep {
 // beginning of a longer state (velocity, biases) that other terms than reprojection depend on.
 class SchurComplement {
  public:
-  // `stride`: unknowns per free pose, of which the first 6 are the pose's.
-  explicit SchurComplement(const BundleStructure& structure, int stride = 6);
+  explicit SchurComplement(const BundleStructure& structure);
+
+  // With whole inertial states, of which `links` (pairs of slots) share terms.
+  SchurComplement(const BundleStructure& structure, const std::vector<std::pair<int, int>>& links);
 
   // False where the damped system is not positive definite to rounding: damp more. `states`, if
-  // given, holds what is added to the equations of the states, of `stride` unknowns each.
+  // given, holds what is added to the equations of the states.
   bool solve(const BundleEquations& equations, const DenseEquations* states, const Damping& damping,
              BundleStep& step);
 
@@ -38,6 +43,9 @@ class SchurComplement {
   Eigen::MatrixXd covariance(const BundleEquations& equations, const DenseEquations& states);
 
  private:
+  SchurComplement(const BundleStructure& structure, int stride);
+  bool solve_reduced();
+
   using Factor = Eigen::LLT<Eigen::Matrix3d>;
 
   void start(const BundleEquations& equations, const DenseEquations* states,
@@ -53,7 +61,8 @@ class SchurComplement {
                              const BundleStep& step) const;
 
   const BundleStructure& structure_;
-  int stride_;
+  int stride_;  // unknowns per free pose, of which the first 6 are the pose's
+  std::optional<StateSolver> state_solver_;
   Eigen::MatrixXd reduced_;  // lower half
   Eigen::VectorXd right_side_;
   Eigen::VectorXd gradient_;         // of the states, before elimination

@@ -23,9 +23,7 @@ std::string small_drawing(const fs::path& folder) {
 }
 
 std::string link_to(const BenchmarkRun& run, const fs::path& folder) {
-  const std::string name = run.seed == 0 && run.folder.empty()
-                               ? run.cell.configuration
-                               : fmt::format("seed {}, run {}", run.seed, run.repetition);
+  const std::string name = fmt::format("seed {}, run {}", run.seed, run.repetition);
   if (!run.failure.empty()) {
     return fmt::format("<div class=\"failed\">{}: {}</div>\n", name, escape_xml(run.failure));
   }

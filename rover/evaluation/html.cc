@@ -39,6 +39,7 @@ th { font-weight: 600; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 400;
                                  white-space: pre; }
 tr:first-child th { border-bottom: 1px solid #999; font-weight: 600; }
+details { margin-top: 10px; }
 summary { cursor: pointer; color: #1f6fb4; }
 a { color: #1f6fb4; }
 .failed { color: #b3261e; }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the reference numbers of rover/evaluation/evo_test.cc with evo, an independent
+"""Makes the reference numbers of rover/evaluation/reference_test.cc with evo, an independent
 implementation: a noisy, scaled, turned trajectory with gaps and its reference, and what evo says
 about them.
 
@@ -17,6 +17,8 @@ from evo.core.metrics import PoseRelation, Unit
 from evo.tools import file_interface
 
 MAX_DIFFERENCE = 0.02  # s
+START = 1403715285  # s, stamp of the first pose
+GAP_MIDDLE = 3.3  # s, in the gap of the estimate
 
 
 def quaternion(vector):
@@ -46,7 +48,7 @@ def pose_at(time):
 
 def line(time, position, q):
     values = " ".join(f"{v:.9f}" for v in [*position, *q])
-    return f"{1403715285 + time:.6f} {values}\n"
+    return f"{START + time:.6f} {values}\n"
 
 
 def write_trajectories(folder):
@@ -69,6 +71,20 @@ def statistics(metric):
     return {k: float(v) for k, v in metric.get_all_statistics().items() if k != "sse"}
 
 
+def drift(reference, estimate, with_scale):
+    """What is left behind the gap if only the poses before it are aligned."""
+    before = int(np.sum(estimate.timestamps < START + GAP_MIDDLE))
+    aligned = copy.deepcopy(estimate)
+    aligned.align(reference, correct_scale=with_scale, n=before)
+    behind = np.arange(before, estimate.num_poses)
+    reference = copy.deepcopy(reference)
+    reference.reduce_to_ids(behind)
+    aligned.reduce_to_ids(behind)
+    metric = metrics.APE(PoseRelation.translation_part)
+    metric.process_data((reference, aligned))
+    return statistics(metric)
+
+
 def judge(folder, with_scale):
     reference = file_interface.read_tum_trajectory_file(str(folder / "reference.txt"))
     estimate = file_interface.read_tum_trajectory_file(str(folder / "estimate.txt"))
@@ -84,6 +100,7 @@ def judge(folder, with_scale):
             ("rpe_rotation", metrics.RPE(PoseRelation.rotation_angle_deg, 1, Unit.frames))]:
         metric.process_data(data)
         result[name] = statistics(metric)
+    result["drift"] = drift(reference, estimate, with_scale)
     return result
 
 

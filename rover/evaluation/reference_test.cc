@@ -41,6 +41,22 @@ TEST(Evo, AgreesToAMillionth) {
   }
 }
 
+// Its alignment of the first n poses, as the measure of drift does it.
+TEST(Evo, AgreesOnDrift) {
+  const fs::path folder = fs::path(ROVER_SOURCE_DIR) / "rover/evaluation/testdata";
+  const auto evo = nlohmann::json::parse(std::ifstream(folder / "evo.json"));
+  const Trajectory estimate = read_tum_trajectory(folder / "estimate.txt");
+  const auto pairs = associate(estimate, read_tum_trajectory(folder / "reference.txt"), 0.02);
+  const Timestamp middle = estimate.front().time / kNanosecondsPerSecond * kNanosecondsPerSecond +
+                           from_seconds(3.3);
+  const BlindStretch stretch{middle, middle};
+  const auto rigid = measure_drift(estimate, pairs, stretch, AlignmentKind::kRigid);
+  const auto similarity = measure_drift(estimate, pairs, stretch, AlignmentKind::kSimilarity);
+  ASSERT_TRUE(rigid && similarity);
+  expect_same(rigid->position, evo["se3"]["drift"]);
+  expect_same(similarity->position, evo["sim3"]["drift"]);
+}
+
 struct Peer {
   const char* file;
   const char* dataset;

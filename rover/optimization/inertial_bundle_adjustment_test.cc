@@ -220,7 +220,7 @@ TEST(InertialBundle, ReintegratesWhenBiasesAreFar) {
 }
 
 TEST(InertialBundle, AdjustsHundredsOfKeyframes) {
-  const auto flight = simulate_flight({.keyframes = 200, .interval = 0.5, .points = 1000});
+  const auto flight = simulate_flight({.keyframes = 200, .interval = 0.5, .points = 100});
   Random random(17);
   auto problem = disturbed(flight, 0.5, random);
   Stopwatch stopwatch;

@@ -13,6 +13,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
+constexpr Timestamp kClipBegin = 1403715285262142976;
+
 const ImuBias kBias = {{0.02, -0.03, 0.05}, {0.1, -0.05, 0.12}};
 
 // A visual map of a flight: turned anywhere, of any scale, with noisy poses.
@@ -194,6 +196,31 @@ TEST_P(RealInitialization, FindsTheScaleOfRealFlights) {
   EXPECT_GE(2 * accepted, runs);
   EXPECT_GE(10 * honest, 9 * accepted);
   EXPECT_LT(worst, 0.06);
+}
+
+// The clip of V1_01 beside the checkout: 4.45 s of gentle flight hold just about enough.
+TEST(InertialInitialization, KnowsHowLittleAGentleClipSays) {
+  if (!std::filesystem::exists(real_flights_folder() / "V1_01_easy"))
+    GTEST_SKIP() << real_flights_folder() << " is not here";
+  const RealFlight flight = read_real_flight("V1_01_easy");
+  const auto first = std::lower_bound(flight.times.begin(), flight.times.end(), kClipBegin);
+  for (const std::size_t count : {18u, 60u}) {  // 4.5 s and 15 s
+    InitializationProblem problem;
+    for (std::size_t i = 0; i <= count; ++i) {
+      const std::size_t at = static_cast<std::size_t>(first - flight.times.begin()) + 5 * i;
+      problem.world_from_camera.push_back(flight.states[at].world_from_body);
+      if (i == count) break;
+      problem.motions.emplace_back(flight.imu.between(flight.times[at], flight.times[at + 5]),
+                                   ImuBias{}, ImuNoise::of(euroc_imu(), {}));
+    }
+    const auto result = initialize_inertial(problem, {});
+    ASSERT_TRUE(result.solved);
+    std::printf("V1_01, %.2f s: scale %.3f, said to be known to %.3f; %s\n",
+                0.25 * static_cast<double>(count), result.aligned_from_world.scale,
+                result.scale_sigma, result.missing.c_str());
+    EXPECT_NEAR(result.aligned_from_world.scale, 1, 2 * result.scale_sigma);
+    EXPECT_LT(result.scale_sigma, count == 18 ? 0.08 : 0.03);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Euroc, RealInitialization, ::testing::ValuesIn(real_flight_names()));

@@ -14,6 +14,9 @@ namespace {
 constexpr double kStep = 0.02;           // s between control points
 constexpr double kHurry = 1.5;           // times the mean speed, to get round in the time given
 constexpr double kLookAhead = 1.5;       // m
+constexpr double kDownwards = 0.08;      // rad below the horizon
+constexpr double kStartStrength = 2.5;   // times the wobble at the start
+constexpr double kStartTime = 5;         // s
 constexpr double kSharpestWander = 0.3;  // Hz at 1 m/s: a tiny box is not flown through in no time
 
 // What the random numbers are for.
@@ -169,6 +172,43 @@ Eigen::Quaterniond look(double heading, double pitch, double roll) {
          Eigen::Quaterniond(level);
 }
 
+// The aims at all control points, made flyable.
+struct Course {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<double> headings;
+};
+Course smooth_course(const Aims& aims, int count, double smoothing, const FlightManner& manner) {
+  Course course;
+  for (int i = 0; i < count; ++i) {
+    const Aim aim = aims(std::max(0.0, (i - 2) * kStep));
+    course.positions.push_back(aim.position);
+    course.headings.push_back(aim.heading);
+  }
+  course.positions = smooth(course.positions, smoothing);
+  course.headings = smooth(follow(course.headings, 0.7 * manner.turn_rate), 0.3);
+  return course;
+}
+
+// The control points of a course, swaying by up to `wobble` m on each axis and turning with it,
+// more in the first seconds.
+std::vector<SE3> wobbled(const Course& course, const FlightManner& manner,
+                         const Eigen::Vector3d& wobble, std::uint64_t seed) {
+  Random random(hash_seed(seed, kWobble));
+  const Wander3 sway(0.5 * manner.wobble_rate, 1.5 * manner.wobble_rate, random);
+  const Wander3 nod(0.3 * manner.wobble_rate, manner.wobble_rate, random);
+  const double nodding = 0.05 * manner.turn_rate / manner.wobble_rate;  // rad: 0.2 turn rates
+  std::vector<SE3> control;
+  for (std::size_t i = 0; i < course.positions.size(); ++i) {
+    const double time = (static_cast<double>(i) - 2) * kStep;
+    const double strength = 1 + (kStartStrength - 1) * std::exp(-std::pow(time / kStartTime, 2));
+    const Eigen::Vector3d turn = strength * nodding * nod(time);
+    control.emplace_back(
+        look(course.headings[i] + turn.x(), turn.y() - kDownwards, 0.7 * turn.z()),
+        course.positions[i] + strength * wobble.cwiseProduct(sway(time)));
+  }
+  return control;
+}
+
 }  // namespace
 
 double lap_length(const FlightVolume& volume) {
@@ -181,37 +221,13 @@ SplineMotion fly_course(const FlightVolume& volume, const FlightManner& manner, 
   const bool along = !volume.path.empty();
   const double speed = along ? speed_along(volume, manner, duration) : manner.speed;
   const Eigen::Vector3d room = reach_of(volume, margin);
-  constexpr double kStart = 1.5, kStartTime = 5;  // more wobble in the first seconds
-  const Eigen::Vector3d wobble = (0.4 / (1 + kStart) * room).cwiseMin(manner.wobble);
-  const Eigen::Vector3d reach = room - (1 + kStart) * wobble;
+  const Eigen::Vector3d wobble = (0.4 / kStartStrength * room).cwiseMin(manner.wobble);
+  const Eigen::Vector3d reach = room - kStartStrength * wobble;
   const Aims aims = along ? aims_along_path(volume, manner, reach, speed, seed)
                           : aims_in_box(volume, manner, reach, seed);
-
-  std::vector<Eigen::Vector3d> positions;
-  std::vector<double> headings;
   const int count = static_cast<int>(std::ceil(duration / kStep)) + kSplineOrder - 1;
-  for (int i = 0; i < count; ++i) {
-    const Aim aim = aims(std::max(0.0, (i - 2) * kStep));
-    positions.push_back(aim.position);
-    headings.push_back(aim.heading);
-  }
-  positions = smooth(positions, smoothing_of(volume, speed));
-  headings = smooth(follow(headings, 0.7 * manner.turn_rate), 0.3);
-
-  Random random(hash_seed(seed, kWobble));
-  const Wander3 to_and_fro(0.5 * manner.wobble_rate, 1.5 * manner.wobble_rate, random);
-  const Wander3 nod(0.3 * manner.wobble_rate, manner.wobble_rate, random);
-  const double nodding = 0.05 * manner.turn_rate / manner.wobble_rate;  // rad: 0.2 turn rates
-  std::vector<SE3> control;
-  for (int i = 0; i < count; ++i) {
-    const double time = (i - 2) * kStep;
-    const double strength = 1 + kStart * std::exp(-std::pow(time / kStartTime, 2));
-    const Eigen::Vector3d sway = strength * wobble.cwiseProduct(to_and_fro(time));
-    const Eigen::Vector3d turn = strength * nodding * nod(time);
-    control.emplace_back(look(headings[i] + turn.x(), turn.y() - 0.08, 0.7 * turn.z()),
-                         positions[i] + sway);
-  }
-  return {0, kStep, std::move(control)};
+  const Course course = smooth_course(aims, count, smoothing_of(volume, speed), manner);
+  return {0, kStep, wobbled(course, manner, wobble, seed)};
 }
 
 }  // namespace rover

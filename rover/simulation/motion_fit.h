@@ -20,12 +20,13 @@ struct MotionFitOptions {
   // the poses can tell.
   double knot_interval = 0.05;
   double gravity = kGravity;  // m/s^2
-  // Deviations on each axis that weigh the residuals. Those of the inertial data are what vibration
-  // leaves, not the sensor's noise; they are lowered to what a first fit leaves.
+  // Deviations on each axis that weigh the residuals. Poses of a motion capture err slowly, so they
+  // count less than their scatter suggests. Those of the inertial data are vibration rather than
+  // the sensor's noise: these are upper bounds, lowered to what a first fit leaves.
   double position_sigma = 0.005;     // m
-  double rotation_sigma = 0.005;     // rad
-  double gyroscope_sigma = 0.05;     // rad/s
-  double accelerometer_sigma = 0.5;  // m/s^2
+  double rotation_sigma = 0.01;      // rad
+  double gyroscope_sigma = 0.1;      // rad/s
+  double accelerometer_sigma = 1.5;  // m/s^2
   // Biases are linear between nodes so far apart (s), and walk from node to node.
   double bias_interval = 10;
   int max_iterations = 20;

@@ -197,7 +197,7 @@ TEST_P(RealFlights, AgreeWithTheirInertialData) {
   const FittedMotion fit = fit_motion(read_trajectory(data / flight.ground_truth),
                                       read_imu_file(data / flight.imu), options);
   EXPECT_GE(fit.motion.end(), flight.seconds);
-  EXPECT_LT(std::abs(fit.time_offset), 0.003);
+  EXPECT_LT(std::abs(fit.time_offset), 0.004);
   EXPECT_LT(fit.tilt, 0.012);
   EXPECT_LT(fit.residuals.position, 0.003);
   EXPECT_LT(fit.residuals.slow_gyroscope, flight.slow_gyroscope);
@@ -212,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(
         RealFlight{"euroc_imu_gt/V1_02_medium/state_groundtruth_estimate0/data.csv.gz",
                    "euroc_imu_gt/V1_02_medium/imu0/data.csv.gz", 80, 0.004, 0.1},
         RealFlight{"euroc_imu_gt/MH_03_medium/groundtruth_tum.txt.gz",
-                   "euroc_imu_gt/MH_03_medium/imu0/data.csv.gz", 130, 0.003, 0.2},
+                   "euroc_imu_gt/MH_03_medium/imu0/data.csv.gz", 130, 0.005, 0.25},
         RealFlight{"tumvi_imu_gt/room1/groundtruth_tum.txt.gz", "tumvi_imu_gt/room1/imu0.csv.gz",
                    40, 0.004, 0.03}));
 

@@ -75,8 +75,22 @@ FeatureFamily make_feature_family(const std::string& name, Runtime& runtime,
       kFamilies, [&](const FamilyEntry& family) { return name == family.name; });
   require(entry != std::end(kFamilies), "unknown feature family '{}'; there are: {}", name,
           fmt::join(feature_family_names(), ", "));
+  const MutualNearestNeighbourOptions classical{.min_similarity = entry->guided.min_similarity,
+                                                .max_ratio = entry->guided.max_ratio};
   return {name, make_extractor(name, runtime, extraction), entry->make_matcher(runtime),
-          entry->guided};
+          std::make_shared<MutualNearestNeighbourMatcher>(classical), entry->guided};
+}
+
+const std::vector<std::string>& matcher_names() {
+  static const std::vector<std::string> names = {"learned", "classical"};
+  return names;
+}
+
+FeatureFamily with_matcher(FeatureFamily family, const std::string& name) {
+  require(std::ranges::count(matcher_names(), name) > 0, "unknown matcher '{}'; there are: {}",
+          name, fmt::join(matcher_names(), ", "));
+  if (name == "classical") family.matcher = family.classical;
+  return family;
 }
 
 }  // namespace rover

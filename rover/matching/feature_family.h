@@ -16,9 +16,16 @@ namespace rover {
 struct FeatureFamily {
   std::string name;
   std::shared_ptr<const Extractor> extractor;
-  std::shared_ptr<const Matcher> matcher;
-  GuidedMatchingOptions guided;  // thresholds measured for this descriptor
+  std::shared_ptr<const Matcher> matcher;    // learned, where there is one for the descriptor
+  std::shared_ptr<const Matcher> classical;  // mutual nearest neighbours
+  GuidedMatchingOptions guided;              // thresholds measured for this descriptor
 };
+
+// "learned" (the family's own matcher) or "classical", for comparisons.
+const std::vector<std::string>& matcher_names();
+
+// The same family with the matcher of that name. Throws InputError for an unknown one.
+FeatureFamily with_matcher(FeatureFamily family, const std::string& name);
 
 // "xfeat-corner" (default), "xfeat", "aliked-t16", "aliked-n16", "superpoint", "orb". A new family
 // is one file that registers itself here.

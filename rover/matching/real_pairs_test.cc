@@ -189,6 +189,9 @@ TEST(LightGlue, TakesAnyNumberOfPoints) {
 TEST(FeatureFamilies, HaveMatcherAndThresholds) {
   EXPECT_THROW(make_feature_family("no-such", *runtime()), InputError);
   const FeatureFamily orb = make_feature_family("orb", *runtime());
+  EXPECT_EQ(with_matcher(orb, "learned").matcher, orb.matcher);
+  EXPECT_EQ(with_matcher(orb, "classical").matcher, orb.classical);
+  EXPECT_THROW(with_matcher(orb, "no-such"), InputError);
   EXPECT_EQ(orb.name, "orb");
   EXPECT_NO_THROW(orb.guided.check());
   EXPECT_EQ(orb.matcher->with_pauses([] {}), nullptr);

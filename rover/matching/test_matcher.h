@@ -27,7 +27,7 @@ class EqualDescriptorMatcher : public Matcher {
 inline FeatureFamily test_family() {
   FeatureFamily family;
   family.name = "test";
-  family.matcher = std::make_shared<EqualDescriptorMatcher>();
+  family.matcher = family.classical = std::make_shared<EqualDescriptorMatcher>();
   return family;
 }
 

@@ -1,5 +1,6 @@
 #include "rover/slam/config.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <variant>
@@ -85,6 +86,9 @@ Fields fields_of(Config& c) {
                    {"extraction.mu1", &c.extraction.mu1},
                    {"extraction.mu2", &c.extraction.mu2},
                    {"extraction.radius", &c.extraction.radius},
+                   {"extraction.precision", &c.extraction.precision},
+                   {"tracking.matcher", &c.tracking_matcher},
+                   {"mapping.matcher", &c.mapping_matcher},
                    {"model_sigma", &c.weighting.model_sigma},
                    {"refinement.half_window", &c.refinement.half_window},
                    {"refinement.max_iterations", &c.refinement.max_iterations},
@@ -175,6 +179,13 @@ YAML::Node parse_file(const std::filesystem::path& file) {
   }
 }
 
+Precision parse_precision(const std::string& name) {
+  if (name == "automatic") return Precision::kAutomatic;
+  if (name == "float") return Precision::kFloat;
+  if (name == "int8") return Precision::kInt8;
+  throw InputError("extraction.precision is '{}'; use automatic, float or int8", name);
+}
+
 }  // namespace
 
 Config::Config() {
@@ -183,6 +194,7 @@ Config::Config() {
 }
 
 void ExtractionConfig::check() const {
+  parse_precision(precision);
   require(min_features >= 0, "extraction.min_features is {}; use 0 or more", min_features);
   require(radius >= 0 && radius <= 50, "extraction.radius is {}; use 0 to 50 px", radius);
 }
@@ -194,6 +206,7 @@ ExtractorOptions ExtractionConfig::options() const {
   options.mu1 = static_cast<float>(mu1);
   options.mu2 = static_cast<float>(mu2);
   if (radius > 0) options.radius = radius;
+  options.precision = parse_precision(precision);
   return options;
 }
 
@@ -201,6 +214,10 @@ void Config::check() const {
   extraction.check();
   runtime.check();
   require(mapping_queue > 0, "mapping_queue is {}; use 1 or more", mapping_queue);
+  for (const std::string& matcher : {tracking_matcher, mapping_matcher}) {
+    require(std::ranges::count(matcher_names(), matcher) > 0,
+            "unknown matcher '{}'; use learned or classical", matcher);
+  }
   weighting.check();
   refinement.check();
   frame.check();

@@ -20,7 +20,8 @@ struct ExtractionConfig {
                            // for 640x480, other sizes in proportion (as `features`)
   double mu1 = 0.25;       // standard deviations of the score
   double mu2 = 0.02;       // per match of the last frame
-  int radius = 0;          // px, of the non-maximum suppression; 0: the family's own
+  std::string precision = "automatic";  // of xfeat-corner's network: automatic, float, int8
+  int radius = 0;                       // px, of the non-maximum suppression; 0: the family's own
 
   void check() const;
   ExtractorOptions options() const;
@@ -38,9 +39,11 @@ struct Config {
   std::uint64_t seed = 1;
   RuntimeOptions runtime;
   Execution execution = Execution::kLockstep;
-  int mapping_queue = 8;              // keyframes that may wait for mapping (concurrent)
-  WeightingOptions weighting;         // used by all stages
-  PatchRefinementOptions refinement;  // likewise
+  int mapping_queue = 8;                     // keyframes that may wait for mapping (concurrent)
+  std::string tracking_matcher = "learned";  // see matcher_names(): of initialisation, tracking
+  std::string mapping_matcher = "learned";   // and relocalisation; of mapping
+  WeightingOptions weighting;                // used by all stages
+  PatchRefinementOptions refinement;         // likewise
   ExtractionConfig extraction;
   FrameBuilderOptions frame;
   TrackerOptions tracking;

@@ -152,6 +152,9 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));
   EXPECT_THAT(refusal("keyframe.min_tracked_share: 1.5\n"), HasSubstr("min_tracked_share"));
   EXPECT_THAT(refusal("relocalization.ransac_sigma: 0\n"), HasSubstr("ransac_sigma"));
+  EXPECT_THAT(refusal("mapping.matched_share: 1.5\n"), HasSubstr("matched_share"));
+  EXPECT_THAT(refusal("mapping.matcher: guessed\n"), HasSubstr("learned or classical"));
+  EXPECT_THAT(refusal("extraction.precision: int4\n"), HasSubstr("automatic, float or int8"));
 }
 
 TEST(Config, FilesThatAreNoSettingsAreRefused) {

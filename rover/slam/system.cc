@@ -63,7 +63,9 @@ class System::Implementation {
     worker_.reset();
     builder_ = std::make_unique<FrameBuilder>(rig_, family_, frame_options_, mask_);
     atlas_ = std::make_shared<Atlas>(rig_);
-    tracker_ = std::make_unique<Tracker>(atlas_, rig_, family_, config_.tracking, config_.seed);
+    tracker_ =
+        std::make_unique<Tracker>(atlas_, rig_, with_matcher(family_, config_.tracking_matcher),
+                                  config_.tracking, config_.seed);
     worker_ = std::make_unique<MappingWorker>(LocalMapper(mapping_family(), config_.mapping),
                                               config_.execution, config_.mapping_queue);
     placed_.clear();
@@ -163,7 +165,7 @@ class System::Implementation {
 
   // Mapping on a thread of its own steps aside for tracking between the layers of the matcher.
   FeatureFamily mapping_family() {
-    FeatureFamily family = family_;
+    FeatureFamily family = with_matcher(family_, config_.mapping_matcher);
     if (config_.execution == Execution::kConcurrent) {
       const auto pausing = family.matcher->with_pauses([this] { gate_.yield(); });
       if (pausing) family.matcher = pausing;

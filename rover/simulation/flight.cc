@@ -14,7 +14,7 @@ namespace {
 constexpr double kStep = 0.02;         // s between control points: a hand shakes at up to 8 Hz
 constexpr double kRest = 0.3;          // s at the start
 constexpr double kRamp = 1.0;          // s to full speed, and down to none
-constexpr double kShakeReach = 0.02;   // m
+constexpr double kShakeReach = 0.01;   // m to each side
 constexpr double kShakeAngle = 0.05;   // rad
 constexpr double kSmallestRoom = 0.1;  // m
 constexpr std::uint64_t kShake = 4;    // what random numbers are for

@@ -11,7 +11,7 @@ namespace rover {
 enum class FlightStyle {
   kSmooth,      // about 0.7 m/s, turns of up to 40 deg/s
   kAggressive,  // about 2 m/s, turns of up to 120 deg/s
-  kShaking,     // smooth, held by a hand that shakes at 3 to 8 Hz by some degrees and 1 to 2 cm
+  kShaking,     // smooth, held by a hand that shakes at 3 to 8 Hz by some degrees and up to 2 cm
   kHover,       // smooth, with a stop in mid-flight
 };
 

@@ -159,10 +159,11 @@ Eigen::Vector3d reach_of(const FlightVolume& volume, double margin) {
   return (reach - Eigen::Vector3d::Constant(margin)).cwiseMax(0);
 }
 
-// Corners of the path are cut by at most 0.8 standard deviations of what positions are smoothed by.
+// By how many seconds positions are smoothed (standard deviation): corners of a path are cut by at
+// most 0.8 times the way gone meanwhile. In a box there are none.
 double smoothing_of(const FlightVolume& volume, double speed) {
   constexpr double kLongest = 0.4;  // s
-  return volume.path.empty() ? kLongest : std::min(kLongest, 0.25 * volume.path_radius / speed);
+  return volume.path.empty() ? 0 : std::min(kLongest, 0.25 * volume.path_radius / speed);
 }
 
 Eigen::Quaterniond look(double heading, double pitch, double roll) {
@@ -184,7 +185,7 @@ Course smooth_course(const Aims& aims, int count, double smoothing, const Flight
     course.positions.push_back(aim.position);
     course.headings.push_back(aim.heading);
   }
-  course.positions = smooth(course.positions, smoothing);
+  if (smoothing > 0) course.positions = smooth(course.positions, smoothing);
   course.headings = smooth(follow(course.headings, 0.7 * manner.turn_rate), 0.3);
   return course;
 }

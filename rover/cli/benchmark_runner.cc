@@ -77,7 +77,8 @@ std::string figure_text(const Figures& figures, const char* key, const char* for
 
 std::string outcome_text(const BenchmarkRun& run) {
   if (!run.failure.empty()) return "failed: " + run.failure;
-  return fmt::format("coverage {}, ATE {}, frame {}", figure_text(run.figures, "coverage", "{:.1f}%"),
+  return fmt::format("coverage {}, ATE {}, frame {}",
+                     figure_text(run.figures, "coverage", "{:.1f}%"),
                      figure_text(run.figures, "ate_rmse", "{:.4f} m"),
                      figure_text(run.figures, "frame_median", "{:.1f} ms"));
 }
@@ -250,12 +251,17 @@ void BenchmarkRunner::evaluate(Task& task) const {
 
 Arguments BenchmarkRunner::run_arguments(const Task& task) const {
   const auto& name = task.configuration->name;
-  Arguments arguments = {
-      "run",      "--dataset",  task.dataset.string(),
-      "--mode",   task.run.cell.mode,
-      "--output", (options_.output / task.run.folder).string(),
-      "--config", (options_.output / "configurations" / (name + ".yaml")).string(),
-      "--seed",   std::to_string(task.run.seed)};
+  Arguments arguments = {"run",
+                         "--dataset",
+                         task.dataset.string(),
+                         "--mode",
+                         task.run.cell.mode,
+                         "--output",
+                         (options_.output / task.run.folder).string(),
+                         "--config",
+                         (options_.output / "configurations" / (name + ".yaml")).string(),
+                         "--seed",
+                         std::to_string(task.run.seed)};
   append(to_arguments(task.sequence->input), arguments);
   append(to_arguments(task.sequence->run), arguments);
   append(to_arguments(task.configuration->flags), arguments);
@@ -263,7 +269,7 @@ Arguments BenchmarkRunner::run_arguments(const Task& task) const {
 }
 
 Arguments BenchmarkRunner::evaluate_arguments(const Task& task) const {
-  Arguments arguments = {"evaluate",  "--run",   (options_.output / task.run.folder).string(),
+  Arguments arguments = {"evaluate", "--run", (options_.output / task.run.folder).string(),
                          "--dataset", task.dataset.string()};
   append(to_arguments(task.sequence->input), arguments);
   for (const OtherProgram& other : plan_.others) {

@@ -122,7 +122,8 @@ TEST_F(BenchmarkTest, GoesOnWhereItStopped) {
 TEST_F(BenchmarkTest, RepeatsWhatHasChanged) {
   run(kPlan);
   const std::string changed = std::string(kPlan) + "\n";
-  const auto flags = std::string(kPlan).replace(std::string(kPlan).find("threads: 2"), 10, "threads: 1");
+  const auto flags =
+      std::string(kPlan).replace(std::string(kPlan).find("threads: 2"), 10, "threads: 1");
   run(changed);
   EXPECT_EQ(calls("run"), 0);  // an empty line is no change
   run(flags);
@@ -157,10 +158,9 @@ TEST_F(BenchmarkTest, SimulatesEachSequenceOncePerSeed) {
   EXPECT_EQ(calls("simulate"), 2);
   EXPECT_EQ(calls("run"), 4);
   const std::string sequence = (fs::absolute(folder_ / "out") / "sequences/room-5").string();
-  EXPECT_THAT(folder_.read("calls"),
-              AllOf(HasSubstr("simulate --output " + sequence +
-                              " --seed 5 --scene room --scene-seed 5"),
-                    HasSubstr("run --dataset " + sequence)));
+  EXPECT_THAT(folder_.read("calls"), AllOf(HasSubstr("simulate --output " + sequence +
+                                                     " --seed 5 --scene room --scene-seed 5"),
+                                           HasSubstr("run --dataset " + sequence)));
   run(plan);
   EXPECT_EQ(folder_.read("calls"), "");
   fs::remove_all(folder_ / "out/sequences/room-4");
@@ -221,13 +221,14 @@ TEST(Benchmark, ComparesFamiliesOnAFlight) {
   if (!fs::exists(rover)) GTEST_SKIP() << rover << " is not built";
   if (!fs::exists(clip)) GTEST_SKIP() << clip << " is not here";
   const TestFolder folder;
-  folder.write("plan.yaml", fmt::format("sequences: [{{name: clip, dataset: {}, modes: [mono], "
-                                        "max-frames: 30}}]\n"
-                                        "configurations: [{{name: orb, settings: {{family: orb}}}}]\n",
-                                        fs::absolute(clip).string()));
+  folder.write("plan.yaml",
+               fmt::format("sequences: [{{name: clip, dataset: {}, modes: [mono], "
+                           "max-frames: 30}}]\n"
+                           "configurations: [{{name: orb, settings: {{family: orb}}}}]\n",
+                           fs::absolute(clip).string()));
   const std::string plan = (folder / "plan.yaml").string(), out = (folder / "out").string();
   const std::string program = rover.string();
-  const char* argv[] = {"rover", "benchmark", plan.c_str(),      "--output",
+  const char* argv[] = {"rover",     "benchmark", plan.c_str(),   "--output",
                         out.c_str(), "--program", program.c_str()};
   testing::internal::CaptureStdout();
   EXPECT_EQ(run_program(7, argv), 0);

@@ -119,9 +119,12 @@ void write_report(const EvaluateOptions& options, const RunFolder& run,
                   const Evaluation& evaluation) {
   std::vector<Trajectory> estimates;
   for (const auto& estimate : evaluation.estimates) estimates.push_back(estimate.trajectory);
-  const RunReport report{title_of(options, run), run,
-                         evaluation.judgements,  estimates,
-                         evaluation.reference,   evaluation.report,
+  const RunReport report{title_of(options, run),
+                         run,
+                         evaluation.judgements,
+                         estimates,
+                         evaluation.reference,
+                         evaluation.report,
                          fs::path(options.run) / "map.ply"};
   write_file_atomically(output_folder(options) / "report.html", run_report_html(report));
 }
@@ -284,8 +287,9 @@ void add_evaluate(CLI::App& program) {
   command->add_option("--peer", options->peers, "NAME=FILE: another trajectory to compare with");
   command->add_option("--max-difference", options->max_difference,
                       "seconds between poses that belong together (0.02)");
-  command->add_option("--output", options->output,
-                      "folder for evaluation.json, trajectory.svg and report.html (the run folder)");
+  command->add_option(
+      "--output", options->output,
+      "folder for evaluation.json, trajectory.svg and report.html (the run folder)");
   command->add_flag("--report", options->report,
                     "without --dataset: write report.html of a run that has no ground truth");
   command->add_flag("--json", options->json, "print JSON instead of a table");

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rover/datasets/test_folder.h"
+#include "rover/datasets/trajectory.h"
 
 namespace rover {
 namespace {
@@ -60,6 +61,8 @@ TEST(Program, RefusesWhatItDoesNotKnowInOneLine) {
   expect_user_error(call({}), "subcommand");
   expect_user_error(call({"fly"}), "fly");
   expect_user_error(call({"evaluate", "--fast"}), "--fast");
+  expect_user_error(call({"benchmark"}), "FILE");
+  expect_user_error(call({"benchmark", "/nothing.yaml"}), "/nothing.yaml");
   expect_user_error(call({"match", "a.png", "b.png"}), "--output");
   expect_user_error(call({"match", "a.png", "b.png", "--output", "c.jpg"}), ".png");
 }
@@ -130,6 +133,25 @@ TEST_F(EvaluateRun, JudgesAgainstTheDatasetAndPeers) {
   EXPECT_EQ(json["trajectories"]["other"], json["trajectories"]["final"]);
   EXPECT_EQ(json["states"]["lost"], 1);
   EXPECT_THAT(folder_.read("run/trajectory.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(folder_.read("run/report.html"),
+              AllOf(HasSubstr("freiburg1"), HasSubstr("ATE Sim(3)"), HasSubstr("</html>")));
+  EXPECT_EQ(read_tum_trajectory(folder_ / "run/trajectory_aligned.txt").size(), 50u);
+}
+
+TEST_F(EvaluateRun, CutsPeersToTheTimeOfTheRun) {
+  folder_.write("run/frames.csv", "frame,time,state\n0,11.0,ok\n1,30.0,ok\n");
+  const auto outcome =
+      evaluate({"--peer", "other=" + (folder_ / "run/trajectory_final.txt").string()});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(folder_.read("run/evaluation.json"));
+  EXPECT_EQ(json["trajectories"]["other"]["poses"], 20);
+}
+
+TEST_F(EvaluateRun, ReportsRunsWithoutGroundTruth) {
+  const auto outcome = call({"evaluate", "--run", (folder_ / "run").string(), "--report"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("extract"), HasSubstr("report.html")));
+  EXPECT_THAT(folder_.read("run/report.html"), HasSubstr("no ground truth"));
 }
 
 TEST_F(EvaluateRun, SaysWhatIsWrong) {

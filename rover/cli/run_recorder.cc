@@ -79,10 +79,9 @@ std::string RunRecorder::frames_csv() const {
   std::string text =
       "frame,time,state,map,epoch,reference_keyframe,features,matches,inliers,frame_ms,rss_mb\n";
   for (const FrameRecord& f : frames_) {
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{:.3f},{:.1f}\n", f.index, format_seconds(f.time), f.state,
-                    f.map, f.epoch, f.reference, f.features, f.matches, f.inliers, f.total_ms,
-                    f.rss_mb);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.3f},{:.1f}\n", f.index,
+                        format_seconds(f.time), f.state, f.map, f.epoch, f.reference, f.features,
+                        f.matches, f.inliers, f.total_ms, f.rss_mb);
   }
   return text;
 }

@@ -179,6 +179,10 @@ TEST(Run, PlacesEveryFrameOfAFlight) {
   EXPECT_EQ(summary["frames"], 90);
   EXPECT_EQ(summary["maps"], 1);
   EXPECT_EQ(summary["threads"], 2);
+  const RunFolder folder = read_run_folder(run.output());
+  EXPECT_GE(folder.samples.size(), 3u);
+  EXPECT_LE(folder.samples.size(), 8u);
+  EXPECT_GT(folder.frames.back().rss_mb, 20);
   EXPECT_FALSE(summary["realtime"].get<bool>());
 }
 

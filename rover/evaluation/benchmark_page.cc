@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "trajectory_reference.txt" and "trajectory_aligned.txt" of a run, as `rover evaluate` leaves them.
+// "trajectory_reference.txt" and "trajectory_aligned.txt" of a run, as `rover evaluate` leaves
+// them.
 std::string small_drawing(const fs::path& folder) {
   const fs::path aligned = folder / "trajectory_aligned.txt";
   const fs::path reference = folder / "trajectory_reference.txt";
@@ -52,10 +53,11 @@ std::string group_section(const std::vector<BenchmarkCell>& group, const fs::pat
   if (!drawings.empty()) html += "<p></p><div class=\"grid\">\n" + drawings + "</div>\n";
   html += html_details("Times of the stages", html_table(stage_rows(group)));
   const CellName& name = group.front().name;
-  return html_section(name.sequence + ", " + name.mode,
-                      "Median over the runs, the worst in brackets. Drawings: the first run's final "
-                      "trajectory (blue) over the ground truth (gray).",
-                      html);
+  return html_section(
+      name.sequence + ", " + name.mode,
+      "Median over the runs, the worst in brackets. Drawings: the first run's final "
+      "trajectory (blue) over the ground truth (gray).",
+      html);
 }
 
 }  // namespace
@@ -65,12 +67,14 @@ std::string benchmark_page(const std::string& title, const fs::path& folder,
   const auto cells = summarize(runs);
   const auto failed = std::count_if(runs.begin(), runs.end(),
                                     [](const BenchmarkRun& run) { return !run.failure.empty(); });
-  std::string body = fmt::format("<h1>{}</h1>\n<p class=\"sub\">{} runs in {} cells, {} failed</p>\n",
-                                 escape_xml(title), runs.size(), cells.size(), failed);
-  body += html_section("Side by side",
-                       "ATE of the final trajectory: SE(3) where the scale is known, Sim(3) for one "
-                       "camera. Median over the runs, the worst in brackets.",
-                       html_table(side_by_side(cells)));
+  std::string body =
+      fmt::format("<h1>{}</h1>\n<p class=\"sub\">{} runs in {} cells, {} failed</p>\n",
+                  escape_xml(title), runs.size(), cells.size(), failed);
+  body +=
+      html_section("Side by side",
+                   "ATE of the final trajectory: SE(3) where the scale is known, Sim(3) for one "
+                   "camera. Median over the runs, the worst in brackets.",
+                   html_table(side_by_side(cells)));
   for (const auto& group : by_sequence(cells)) body += group_section(group, folder, runs);
   return html_page("Rover benchmark: " + title, body);
 }

@@ -44,7 +44,8 @@ class PlanReader {
   // Calls use(key, name node, value) for each entry of a section that may hold only these keys.
   void each_key(const YAML::Node& section, const std::string& what, const Names& known,
                 const std::function<void(const std::string&, const YAML::Node&)>& use) const {
-    if (!section.IsMap()) fail(section, "{} must be a section with the keys {}", what, listed(known));
+    if (!section.IsMap())
+      fail(section, "{} must be a section with the keys {}", what, listed(known));
     for (const auto& entry : section) {
       const std::string key = text(entry.first, "a key");
       if (!contains(known, key)) {
@@ -115,7 +116,8 @@ class PlanReader {
 
   std::string known_mode(const YAML::Node& value) const {
     const std::string mode = text(value, "mode");
-    if (!contains(kModes, mode)) fail(value, "unknown mode '{}'; known are {}", mode, listed(kModes));
+    if (!contains(kModes, mode))
+      fail(value, "unknown mode '{}'; known are {}", mode, listed(kModes));
     return mode;
   }
 
@@ -128,7 +130,8 @@ class PlanReader {
   }
 
   CommandOptions simulation(const YAML::Node& section) const {
-    if (!section.IsMap()) fail(section, "simulate must be a section with options of rover simulate");
+    if (!section.IsMap())
+      fail(section, "simulate must be a section with options of rover simulate");
     CommandOptions options;
     for (const auto& entry : section) {
       const std::string key = text(entry.first, "an option of rover simulate");
@@ -158,7 +161,8 @@ BenchmarkSequence read_sequence(const PlanReader& reader, const YAML::Node& node
     if (key == "modes") sequence.modes = reader.modes(value);
     if (key == "seeds") sequence.seeds = reader.seeds(value);
     if (key == "format") sequence.input.emplace_back(key, reader.text(value, key));
-    if (key == "calibration") sequence.input.emplace_back(key, reader.existing(value, key).string());
+    if (key == "calibration")
+      sequence.input.emplace_back(key, reader.existing(value, key).string());
     if (key == "mask") sequence.run.emplace_back(key, reader.existing(value, key).string());
     if (key == "max-frames") {
       sequence.run.emplace_back(key, std::to_string(reader.whole_number(value, key, 1)));
@@ -181,9 +185,9 @@ BenchmarkSequence read_sequence(const PlanReader& reader, const YAML::Node& node
 
 CommandOptions read_flags(const PlanReader& reader, const YAML::Node& node) {
   CommandOptions flags;
-  reader.each_key(
-      node, "flags", kRunFlags,
-      [&](const std::string& key, const YAML::Node& value) { reader.add_option(key, value, flags); });
+  reader.each_key(node, "flags", kRunFlags, [&](const std::string& key, const YAML::Node& value) {
+    reader.add_option(key, value, flags);
+  });
   return flags;
 }
 
@@ -277,17 +281,17 @@ BenchmarkPlan read_benchmark_plan(const fs::path& file) {
   YAML::Node sequences, configurations, others;
   const auto use = [&](const std::string& key, const YAML::Node& value) {
     if (key == "output") plan.output = reader.resolve(reader.text(value, key));
-    if (key == "repetitions") plan.repetitions = static_cast<int>(reader.whole_number(value, key, 1));
+    if (key == "repetitions")
+      plan.repetitions = static_cast<int>(reader.whole_number(value, key, 1));
     if (key == "modes") defaults.modes = reader.modes(value);
     if (key == "seeds") defaults.seeds = reader.seeds(value);
     if (key == "sequences") sequences.reset(value);
     if (key == "configurations") configurations.reset(value);
     if (key == "others") others.reset(value);
   };
-  reader.each_key(root, "a benchmark",
-                  {"output", "repetitions", "modes", "seeds", "sequences", "configurations",
-                   "others"},
-                  use);
+  reader.each_key(
+      root, "a benchmark",
+      {"output", "repetitions", "modes", "seeds", "sequences", "configurations", "others"}, use);
   if (sequences.IsNull()) reader.fail(root, "'sequences' is missing");
   for (const YAML::Node& node : reader.list(sequences, "sequences")) {
     add_unique(reader, node, read_sequence(reader, node, defaults), plan.sequences);

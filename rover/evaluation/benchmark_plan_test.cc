@@ -108,7 +108,8 @@ TEST_F(BenchmarkPlanTest, RefusesConfigurationsAndOthersThatMakeNoSense) {
               HasSubstr("settings must be"));
   folder_.write("t.txt", "");
   const std::string other = begin + "others:\n  - {name: p, sequence: ";
-  EXPECT_THAT(error_of(other + "b, mode: mono, trajectory: t.txt}\n"), HasSubstr("no sequence 'b'"));
+  EXPECT_THAT(error_of(other + "b, mode: mono, trajectory: t.txt}\n"),
+              HasSubstr("no sequence 'b'"));
   EXPECT_THAT(error_of(other + "a, mode: stereo, trajectory: t.txt}\n"), HasSubstr("'stereo'"));
   EXPECT_THAT(error_of(other + "a, mode: mono, trajectory: u.txt}\n"), HasSubstr("is not there"));
   EXPECT_THAT(error_of(begin + "others:\n  - {name: default, sequence: a, mode: mono, "

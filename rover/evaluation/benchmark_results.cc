@@ -237,10 +237,10 @@ TableRows stage_rows(const std::vector<BenchmarkCell>& cells_of_one) {
     for (const BenchmarkCell& cell : cells_of_one) {
       const auto median = cell.figures.find(fmt::format("{}{}.median", kStage, stage));
       const auto p95 = cell.figures.find(fmt::format("{}{}.p95", kStage, stage));
-      rows.back().push_back(median == cell.figures.end() || p95 == cell.figures.end()
-                                ? "-"
-                                : fmt::format("{:.2f}, {:.2f}", median->second.median,
-                                              p95->second.median));
+      rows.back().push_back(
+          median == cell.figures.end() || p95 == cell.figures.end()
+              ? "-"
+              : fmt::format("{:.2f}, {:.2f}", median->second.median, p95->second.median));
     }
   }
   return rows;

@@ -53,16 +53,18 @@ TEST(BenchmarkFigures, AreFewerWithoutGroundTruthAndForOthers) {
 
 BenchmarkRun run_of(const std::string& configuration, std::uint64_t seed, Figures figures,
                     const std::string& failure = "") {
-  return {{"desk", "mono", configuration}, seed, 1, "runs/" + configuration, failure,
-          std::move(figures)};
+  return {{"desk", "mono", configuration}, seed,    1,
+          "runs/" + configuration,         failure, std::move(figures)};
 }
 
 std::vector<BenchmarkRun> four_runs() {
-  return {run_of("a", 1, {{"ate_rmse", 0.3}, {"coverage", 80}, {"stage.pose.median", 2},
-                          {"stage.pose.p95", 4}}),
-          run_of("a", 2, {{"ate_rmse", 0.1}, {"coverage", 100}}),
-          run_of("a", 3, {{"ate_rmse", 0.2}, {"coverage", 90}}),
-          run_of("a", 4, {}, "said \"no\", <then> fell")};
+  return {
+      run_of(
+          "a", 1,
+          {{"ate_rmse", 0.3}, {"coverage", 80}, {"stage.pose.median", 2}, {"stage.pose.p95", 4}}),
+      run_of("a", 2, {{"ate_rmse", 0.1}, {"coverage", 100}}),
+      run_of("a", 3, {{"ate_rmse", 0.2}, {"coverage", 90}}),
+      run_of("a", 4, {}, "said \"no\", <then> fell")};
 }
 
 TEST(BenchmarkCells, HaveTheMedianAndTheWorst) {
@@ -111,9 +113,9 @@ TEST(BenchmarkPage, LinksReportsAndDrawsTrajectories) {
   folder.write("runs/a/trajectory_reference.txt", path);
   folder.write("runs/a/report.html", "");
   const std::string page = benchmark_page("a<b", folder.path(), four_runs());
-  EXPECT_THAT(page, AllOf(HasSubstr("a&lt;b"), HasSubstr("href=\"runs/a/report.html\""),
-                          HasSubstr("<path"), HasSubstr("&lt;then&gt; fell"),
-                          Not(HasSubstr("http"))));
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("a&lt;b"), HasSubstr("href=\"runs/a/report.html\""), HasSubstr("<path"),
+                  HasSubstr("&lt;then&gt; fell"), Not(HasSubstr("http"))));
 }
 
 }  // namespace

@@ -90,7 +90,8 @@ std::string draw_levels(const Plot& plot, const Chart& chart) {
   for (const auto& [level, name] : chart.levels) {
     svg += svg_line(plot.left, plot.y(level), plot.right(), plot.y(level),
                     "stroke=\"#555\" stroke-dasharray=\"5 4\"");
-    svg += svg_text(plot.right() - 4, plot.y(level) - 4, "end", name, "fill=\"#444\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
+    svg += svg_text(plot.right() - 4, plot.y(level) - 4, "end", name,
+                    "fill=\"#444\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
   }
   return svg;
 }
@@ -204,8 +205,8 @@ std::string draw_chart(const Chart& chart) {
   const double legend = has_legend(chart) ? kLegend : 0;
   const auto [low, high] = y_range(chart);
   const double x_high = std::max(chart.x_high, chart.x_low + 1e-6);
-  const Plot plot{kLeft,       legend + 8, kWidth - kLeft - kRight, chart.height,
-                  chart.x_low, x_high,     low,                     high};
+  const Plot plot{kLeft, legend + 8, kWidth - kLeft - kRight, chart.height, chart.x_low, x_high,
+                  low,   high};
   std::string svg = draw_axes(plot, chart) + draw_events(plot, chart);
   for (auto series = chart.series.rbegin(); series != chart.series.rend(); ++series) {
     svg += draw_series(plot, *series);
@@ -224,8 +225,14 @@ std::string draw_histogram(const std::string& title, const std::string& x_label,
   std::sort(values.begin(), values.end());
   const double high = std::max(at_share(values, 0.99), 1e-6);
   const auto counts = count_bars(values, 0, high, kBars);
-  const Plot plot{14,   40, kHistogramWidth - 28, 84, 0,
-                  high, 0,  1.05 * *std::max_element(counts.begin(), counts.end())};
+  const Plot plot{14,
+                  40,
+                  kHistogramWidth - 28,
+                  84,
+                  0,
+                  high,
+                  0,
+                  1.05 * *std::max_element(counts.begin(), counts.end())};
   const double median = at_share(values, 0.5), p95 = at_share(values, 0.95);
   std::string svg = svg_text(plot.left, 14, "start", title, "font-weight=\"600\"");
   svg += svg_text(plot.left, 30, "start",

@@ -14,14 +14,14 @@ struct ChartSeries {
 
 // Values over time, with what happened marked.
 struct Chart {
-  std::string y_label;              // with its unit
+  std::string y_label;  // with its unit
   std::string x_label = "time [s]";
-  double x_low = 0, x_high = 1;     // what is shown
-  bool from_zero = true;            // the y axis; else from the least value
-  double height = 170;              // px, of the inside
+  double x_low = 0, x_high = 1;  // what is shown
+  bool from_zero = true;         // the y axis; else from the least value
+  double height = 170;           // px, of the inside
   std::vector<ChartSeries> series;
-  std::vector<std::pair<double, double>> shaded;  // stretches of x
-  std::vector<double> marks;                      // x, as short lines at the bottom
+  std::vector<std::pair<double, double>> shaded;       // stretches of x
+  std::vector<double> marks;                           // x, as short lines at the bottom
   std::vector<std::pair<double, std::string>> levels;  // y, as dashed lines with a name
 };
 

@@ -106,7 +106,8 @@ TEST(PointCloud, ReadsWhatRunsWrite) {
   EXPECT_EQ(points[0].position, Eigen::Vector3d(1, -2, 0.5));
   EXPECT_THAT(points[0].color, ElementsAre(1, 2, 3));
   folder.write("map.ply", data.substr(0, data.size() - 1));
-  EXPECT_THAT(input_error_of([&] { read_point_cloud(folder / "map.ply"); }), HasSubstr("ends early"));
+  EXPECT_THAT(input_error_of([&] { read_point_cloud(folder / "map.ply"); }),
+              HasSubstr("ends early"));
   for (const std::string broken : {"", "ply\n", "ply\nformat ascii 1.0\nend_header\n"}) {
     folder.write("map.ply", broken);
     EXPECT_THAT(input_error_of([&] { read_point_cloud(folder / "map.ply"); }),

@@ -44,8 +44,7 @@ std::optional<Drift> measure_drift(const Trajectory& estimate, std::span<const P
   Drift drift;
   drift.blind = seconds_between(stretch.begin, stretch.end);
   drift.path = alignment->scale * length_of(estimate);
-  drift.position =
-      statistics_of(position_errors(move_estimates(*alignment, pairs.subspan(count))));
+  drift.position = statistics_of(position_errors(move_estimates(*alignment, pairs.subspan(count))));
   drift.percent = drift.path > 0 ? 100 * drift.position.rmse / drift.path : 0;
   return drift;
 }

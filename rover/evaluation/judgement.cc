@@ -14,9 +14,12 @@ std::optional<AlignedErrors> judge_aligned(const Judgement& judgement, const Tra
   if (!alignment) return std::nullopt;
   const std::vector<PosePair> aligned = move_estimates(*alignment, judgement.pairs);
   const RelativeErrors relative = frame_to_frame_errors(aligned);
-  AlignedErrors errors{*alignment, statistics_of(position_errors(aligned)),
-                       statistics_of(relative.translation), statistics_of(relative.rotation),
-                       distance_errors(aligned), std::nullopt};
+  AlignedErrors errors{*alignment,
+                       statistics_of(position_errors(aligned)),
+                       statistics_of(relative.translation),
+                       statistics_of(relative.rotation),
+                       distance_errors(aligned),
+                       std::nullopt};
   if (blind) errors.drift = measure_drift(estimate, judgement.pairs, *blind, kind);
   return errors;
 }
@@ -67,8 +70,7 @@ Judgement judge(const std::string& name, const Trajectory& estimate, const Traje
   if (offered && offered->frames > 0) {
     result.coverage = static_cast<double>(result.poses) / static_cast<double>(offered->frames);
   }
-  const auto blind =
-      find_blind_stretch(reference, estimate.front().time, estimate.back().time);
+  const auto blind = find_blind_stretch(reference, estimate.front().time, estimate.back().time);
   result.rigid = judge_aligned(result, estimate, blind, AlignmentKind::kRigid);
   result.similarity = judge_aligned(result, estimate, blind, AlignmentKind::kSimilarity);
   result.gravity = judge_aligned(result, estimate, blind, AlignmentKind::kGravity);

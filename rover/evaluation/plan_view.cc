@@ -97,7 +97,8 @@ std::string draw_path(const PlanView& view, const Trajectory& trajectory, const 
   Eigen::Vector2d last = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const bool begins = i == 0 || trajectory[i].time - trajectory[i - 1].time > kBreak;
-    const bool ends = i + 1 == trajectory.size() || trajectory[i + 1].time - trajectory[i].time > kBreak;
+    const bool ends =
+        i + 1 == trajectory.size() || trajectory[i + 1].time - trajectory[i].time > kBreak;
     const Eigen::Vector3d& p = trajectory[i].pose.translation;
     const Eigen::Vector2d here(view.page_x(p), view.page_y(p));
     if (!begins && !ends && (here - last).norm() < kFinest) continue;

@@ -99,8 +99,7 @@ std::string picture_of(const PlanView& view, const std::vector<Eigen::Vector3d>&
   cv::imencode(".png", picture, png);
   return fmt::format(
       "<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" href=\"{}\"/>\n",
-      view.left, view.top, counts.cols / kFiner, counts.rows / kFiner,
-      data_url("image/png", png));
+      view.left, view.top, counts.cols / kFiner, counts.rows / kFiner, data_url("image/png", png));
 }
 
 std::string draw_view(const PlanView& view, const std::string& title,

@@ -47,8 +47,8 @@ TEST(Evo, AgreesOnDrift) {
   const auto evo = nlohmann::json::parse(std::ifstream(folder / "evo.json"));
   const Trajectory estimate = read_tum_trajectory(folder / "estimate.txt");
   const auto pairs = associate(estimate, read_tum_trajectory(folder / "reference.txt"), 0.02);
-  const Timestamp middle = estimate.front().time / kNanosecondsPerSecond * kNanosecondsPerSecond +
-                           from_seconds(3.3);
+  const Timestamp middle =
+      estimate.front().time / kNanosecondsPerSecond * kNanosecondsPerSecond + from_seconds(3.3);
   const BlindStretch stretch{middle, middle};
   const auto rigid = measure_drift(estimate, pairs, stretch, AlignmentKind::kRigid);
   const auto similarity = measure_drift(estimate, pairs, stretch, AlignmentKind::kSimilarity);

@@ -76,8 +76,8 @@ void read_frames(const fs::path& file, RunFolder& run) {
                           number_if_any(fields[4]), number_if_any(fields[5]),
                           number_if_any(fields[6])});
   };
-  read_csv(file, {"time", "state", "features?", "matches?", "inliers?", "frame_ms?", "rss_mb?"}, use,
-           run.notes);
+  read_csv(file, {"time", "state", "features?", "matches?", "inliers?", "frame_ms?", "rss_mb?"},
+           use, run.notes);
   for (const FrameLine& frame : run.frames) {
     if (run.offered.frames == 0) run.offered.first = frame.time;
     run.offered.last = std::max(run.offered.last, frame.time);

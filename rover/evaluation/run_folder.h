@@ -41,13 +41,13 @@ struct RunFolder {
   std::string mode;        // mono, stereo, mono-inertial, stereo-inertial
   std::string pose_frame;  // cam0, body
   Trajectory final;
-  Trajectory causal;                  // may be empty
-  Trajectory keyframes;               // may be empty
-  std::vector<FrameLine> frames;      // in the order of frames.csv
-  std::vector<SamplePicture> samples; // in the order of time; may be empty
-  Offered offered;                    // from frames.csv
-  std::map<std::string, int> states;  // of frames.csv -> frames
-  std::vector<StageTiming> stages;    // in the order of timing.csv
+  Trajectory causal;                   // may be empty
+  Trajectory keyframes;                // may be empty
+  std::vector<FrameLine> frames;       // in the order of frames.csv
+  std::vector<SamplePicture> samples;  // in the order of time; may be empty
+  Offered offered;                     // from frames.csv
+  std::map<std::string, int> states;   // of frames.csv -> frames
+  std::vector<StageTiming> stages;     // in the order of timing.csv
   nlohmann::ordered_json summary;
   std::vector<std::string> notes;  // what could not be read
 

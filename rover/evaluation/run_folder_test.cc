@@ -51,6 +51,26 @@ TEST_F(RunFolderTest, HoldsWhatTheFilesSay) {
   EXPECT_EQ(run.stages[0].max, 30);
 }
 
+TEST_F(RunFolderTest, HasFramesKeyframesAndPictures) {
+  folder_.write("keyframes.txt", "2.0 1 0 0 0 0 0 1\n");
+  folder_.write("frames.csv",
+                "frame,time,state,features,matches,inliers,frame_ms,rss_mb\n"
+                "0,1.0,waiting,500,0,0,20,90.5\n1,2.5,ok,400,90,80,10,91\n");
+  folder_.write("samples/2.5.jpg", "");
+  folder_.write("samples/1.000000000.jpg", "");
+  folder_.write("samples/notes.txt", "");
+  folder_.write("samples/cat.jpg", "");
+  const RunFolder run = read_run_folder(folder_.path());
+  EXPECT_THAT(run.keyframes, SizeIs(1));
+  ASSERT_THAT(run.frames, SizeIs(2));
+  EXPECT_EQ(run.frames[1].inliers, 80);
+  EXPECT_EQ(run.frames[0].rss_mb, 90.5);
+  EXPECT_EQ(run.initialised_after(), 1.5);
+  ASSERT_THAT(run.samples, SizeIs(2));
+  EXPECT_EQ(run.samples[1].file, folder_ / "samples/2.5.jpg");
+  EXPECT_THAT(run.notes, Contains(HasSubstr("cat.jpg")));
+}
+
 TEST_F(RunFolderTest, NamesWhatIsMissing) {
   for (const char* file : {"summary.json", "frames.csv", "timing.csv"}) {
     const std::string content = folder_.read(file);

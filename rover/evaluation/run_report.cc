@@ -79,8 +79,7 @@ std::string tiles(const RunReport& report) {
     const AlignedErrors& errors = *headline_errors(report, 0);
     html += html_tile(length_words(errors.position.rmse),
                       fmt::format("ATE, {}, final", name_of(report.options.headline)));
-    html += html_tile(length_words(errors.relative_translation.rmse),
-                      "error from frame to frame");
+    html += html_tile(length_words(errors.relative_translation.rmse), "error from frame to frame");
   }
   html += html_tile(fmt::format("{:.1f}%", 100.0 * static_cast<double>(run.final.size()) /
                                                static_cast<double>(run.offered.frames)),
@@ -104,10 +103,11 @@ std::string tiles(const RunReport& report) {
 
 std::string head(const RunReport& report) {
   const RunFolder& run = report.run;
-  std::string html = fmt::format("<h1>{}</h1>\n<p class=\"sub\">{}, {} frames in {:.1f} s; poses of {}</p>\n",
-                                 escape_xml(report.title), escape_xml(run.mode), run.offered.frames,
-                                 seconds_between(run.offered.first, run.offered.last),
-                                 run.pose_frame == "body" ? "the body (inertial sensor)" : "camera 0");
+  std::string html =
+      fmt::format("<h1>{}</h1>\n<p class=\"sub\">{}, {} frames in {:.1f} s; poses of {}</p>\n",
+                  escape_xml(report.title), escape_xml(run.mode), run.offered.frames,
+                  seconds_between(run.offered.first, run.offered.last),
+                  run.pose_frame == "body" ? "the body (inertial sensor)" : "camera 0");
   for (const std::string& sentence : verdict(run, report.judgements, report.options)) {
     html += "<p>" + escape_xml(sentence) + "</p>\n";
   }
@@ -164,8 +164,8 @@ std::string error_section(const RunReport& report) {
         report.judgements[i].name, series_color(i), -1));
   }
   if (report.judgements.empty() || !headline_errors(report, 0)) return "";
-  const std::vector<PosePair> aligned =
-      move_estimates(headline_errors(report, 0)->reference_from_estimate, report.judgements[0].pairs);
+  const std::vector<PosePair> aligned = move_estimates(
+      headline_errors(report, 0)->reference_from_estimate, report.judgements[0].pairs);
   axes.y_label = "error per axis [mm]";
   axes.from_zero = false;
   axes.height = 140;
@@ -192,9 +192,8 @@ std::string tracking_section(const RunReport& report) {
   Chart chart = chart_of_run(report);
   chart.y_label = "count";
   const auto when_worked_on = [](double FrameLine::*member) {
-    return [member](const FrameLine& frame) {
-      return frame.frame_ms > 0 ? frame.*member : kNothing;
-    };
+    return
+        [member](const FrameLine& frame) { return frame.frame_ms > 0 ? frame.*member : kNothing; };
   };
   chart.series = {
       series_of_frames(report, "inliers of the pose", series_color(0),
@@ -211,9 +210,9 @@ std::string tracking_section(const RunReport& report) {
 std::string time_section(const RunReport& report) {
   Chart chart = chart_of_run(report);
   chart.y_label = "per frame [ms]";
-  chart.series = {series_of_frames(
-      report, "", series_color(0),
-      [](const FrameLine& frame) { return frame.frame_ms > 0 ? frame.frame_ms : kNothing; })};
+  chart.series = {series_of_frames(report, "", series_color(0), [](const FrameLine& frame) {
+    return frame.frame_ms > 0 ? frame.frame_ms : kNothing;
+  })};
   const auto& offered = report.run.offered;
   if (offered.frames > 1) {
     chart.levels.emplace_back(1000 * seconds_between(offered.first, offered.last) /
@@ -246,8 +245,9 @@ std::string memory_section(const RunReport& report) {
 std::string picture(const RunReport& report, const SamplePicture& sample) {
   const std::string bytes = read_text_file(sample.file);
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  return fmt::format("<figure><img alt=\"frame\" src=\"{}\"><figcaption>{:.2f} s</figcaption></figure>\n",
-                     data_url("image/jpeg", {data, bytes.size()}), seconds_of(report, sample.time));
+  return fmt::format(
+      "<figure><img alt=\"frame\" src=\"{}\"><figcaption>{:.2f} s</figcaption></figure>\n",
+      data_url("image/jpeg", {data, bytes.size()}), seconds_of(report, sample.time));
 }
 
 std::string pictures_section(const RunReport& report) {
@@ -280,7 +280,8 @@ std::string text_of(const nlohmann::ordered_json& value) {
 }
 
 std::string configuration_section(const RunReport& report) {
-  std::vector<std::vector<std::string>> facts = {{"what", "value"}}, settings = {{"setting", "value"}};
+  std::vector<std::vector<std::string>> facts = {{"what", "value"}},
+                                        settings = {{"setting", "value"}};
   for (const auto& [key, value] : report.run.summary.items()) {
     if (value.is_primitive() || value.is_array()) facts.push_back({key, text_of(value)});
   }

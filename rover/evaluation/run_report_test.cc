@@ -85,12 +85,13 @@ TEST(RunReport, ShowsEverythingOnOnePage) {
       judge("final", run.final, circle(1.1), 0.02, run.offered),
       judge("<peer>", circle(1.2), circle(1.1), 0.02, run.offered)};
   const std::string html = report_of(run, judgements, {run.final, circle(1.2)}, circle(1.1));
-  EXPECT_THAT(html, AllOf(HasSubstr("desk &lt;1&gt;"), HasSubstr("&lt;peer&gt;"),
-                          HasSubstr("ATE SE(3)"), HasSubstr("position error [mm]"),
-                          HasSubstr("rotation error [deg]"), HasSubstr("features"),
-                          HasSubstr("memory [MB]"), HasSubstr("data:image/jpeg;base64,"),
-                          HasSubstr("0.1.0"), HasSubstr("family")));
-  EXPECT_THAT(html, AllOf(Not(HasSubstr("http")), Not(HasSubstr("<script")), Not(HasSubstr("nan"))));
+  EXPECT_THAT(html,
+              AllOf(HasSubstr("desk &lt;1&gt;"), HasSubstr("&lt;peer&gt;"), HasSubstr("ATE SE(3)"),
+                    HasSubstr("position error [mm]"), HasSubstr("rotation error [deg]"),
+                    HasSubstr("features"), HasSubstr("memory [MB]"),
+                    HasSubstr("data:image/jpeg;base64,"), HasSubstr("0.1.0"), HasSubstr("family")));
+  EXPECT_THAT(html,
+              AllOf(Not(HasSubstr("http")), Not(HasSubstr("<script")), Not(HasSubstr("nan"))));
 }
 
 TEST(RunReport, DoesWithoutGroundTruthAndPictures) {

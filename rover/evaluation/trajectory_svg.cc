@@ -37,8 +37,7 @@ std::string draw_view(const PlanView& view, const std::string& title,
 
 std::string legend_entry(double x, double y, const char* color, double width,
                          const std::string& name) {
-  return svg_line(x, y, x + 34, y,
-                  fmt::format("stroke=\"{}\" stroke-width=\"{}\"", color, width)) +
+  return svg_line(x, y, x + 34, y, fmt::format("stroke=\"{}\" stroke-width=\"{}\"", color, width)) +
          svg_text(x + 44, y + 4, "start", name);
 }
 

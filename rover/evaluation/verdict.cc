@@ -53,7 +53,8 @@ const char* freedom(AlignmentKind kind) {
 std::string accuracy_words(const Judgement& judgement, const ReportOptions& options) {
   const auto& errors = errors_under(judgement, options.headline);
   if (!errors) {
-    return "The poses do not suffice to lay the trajectory over the ground truth: it stays unjudged.";
+    return "The poses do not suffice to lay the trajectory over the ground truth: it stays "
+           "unjudged.";
   }
   std::string text = fmt::format(
       "Laid over the ground truth by {}, the final trajectory is off by {} (root mean square; at "
@@ -90,9 +91,8 @@ std::string speed_words(const RunFolder& run) {
   const double median = times[times.size() / 2];
   const double interval = frame_interval(run);
   const bool inline_mapping = !run.summary.value("realtime", false);
-  std::string text =
-      fmt::format("A frame took {:.1f} ms{} (median; 95% within {:.1f} ms)", median,
-                  inline_mapping ? ", a keyframe's mapping included" : "", p95);
+  std::string text = fmt::format("A frame took {:.1f} ms{} (median; 95% within {:.1f} ms)", median,
+                                 inline_mapping ? ", a keyframe's mapping included" : "", p95);
   if (interval <= 0) return text + ".";
   return text + fmt::format("; a new one came every {:.1f} ms: {}.", interval,
                             p95 <= interval      ? "that keeps up with the camera"
@@ -111,9 +111,8 @@ std::string length_words(double metres) {
 std::vector<std::string> verdict(const RunFolder& run, const std::vector<Judgement>& judgements,
                                  const ReportOptions& options) {
   std::vector<std::string> sentences = {tracking_words(run)};
-  sentences.push_back(judgements.empty()
-                          ? "There is no ground truth to compare with."
-                          : accuracy_words(judgements.front(), options));
+  sentences.push_back(judgements.empty() ? "There is no ground truth to compare with."
+                                         : accuracy_words(judgements.front(), options));
   if (const std::string speed = speed_words(run); !speed.empty()) sentences.push_back(speed);
   return sentences;
 }

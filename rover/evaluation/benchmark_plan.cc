@@ -138,7 +138,8 @@ class PlanReader {
       if (key == "output" || key == "seed") {
         fail(entry.first, "simulate.{} is set by the benchmark itself; leave it out", key);
       }
-      if (contains(kSimulatePaths, key)) {
+      if (contains(kSimulatePaths, key) ||
+          (key == "rig" && fs::exists(resolve(text(entry.second, key))))) {
         options.emplace_back(key, existing(entry.second, "simulate." + key).string());
       } else {
         add_option(key, entry.second, options);

@@ -137,55 +137,87 @@ std::string trajectory_section(const RunReport& report) {
                       draw_trajectories({"ground truth", report.reference}, drawn));
 }
 
-ChartSeries error_series(const RunReport& report, const std::vector<PosePair>& aligned,
-                         const std::string& name, const char* color, int axis) {
+// What errors of about this size are drawn in.
+struct LengthUnit {
+  const char* name;
+  double per_metre;
+};
+LengthUnit unit_for(double metres) {
+  return metres < 0.1 ? LengthUnit{"mm", 1000} : LengthUnit{"m", 1};
+}
+
+// Pairs of one trajectory in the headline's alignment; none where that is not determined.
+std::vector<PosePair> aligned_pairs(const RunReport& report, std::size_t index) {
+  const auto& errors = headline_errors(report, index);
+  if (!errors) return {};
+  return move_estimates(errors->reference_from_estimate, report.judgements[index].pairs);
+}
+
+// `value` of each pair over time, broken where there are none for more than a second.
+template <class Value>
+ChartSeries series_of_pairs(const RunReport& report, const std::vector<PosePair>& aligned,
+                            const std::string& name, const char* color, const Value& value) {
   ChartSeries series{name, color, {}, {}};
   for (std::size_t i = 0; i < aligned.size(); ++i) {
     if (i > 0 && seconds_between(aligned[i - 1].time, aligned[i].time) > 1) {
       series.x.push_back(seconds_of(report, aligned[i].time));
       series.y.push_back(kNothing);
     }
-    const Eigen::Vector3d error =
-        aligned[i].estimate.translation - aligned[i].reference.translation;
     series.x.push_back(seconds_of(report, aligned[i].time));
-    series.y.push_back(1000 * (axis < 0 ? error.norm() : error[axis]));
+    series.y.push_back(value(aligned[i]));
   }
   return series;
 }
 
-std::string error_section(const RunReport& report) {
-  Chart total = chart_of_run(report), axes = total, turn = total;
-  total.y_label = "position error [mm]";
+std::string total_errors(const RunReport& report, const LengthUnit& unit) {
+  Chart chart = chart_of_run(report);
+  chart.y_label = fmt::format("position error [{}]", unit.name);
   for (std::size_t i = 0; i < report.judgements.size(); ++i) {
-    const auto& errors = headline_errors(report, i);
-    if (!errors) continue;
-    total.series.push_back(error_series(
-        report, move_estimates(errors->reference_from_estimate, report.judgements[i].pairs),
-        report.judgements[i].name, series_color(i), -1));
+    chart.series.push_back(series_of_pairs(
+        report, aligned_pairs(report, i), report.judgements[i].name, series_color(i),
+        [&](const PosePair& pair) {
+          return unit.per_metre * (pair.estimate.translation - pair.reference.translation).norm();
+        }));
   }
-  if (report.judgements.empty() || !headline_errors(report, 0)) return "";
-  const std::vector<PosePair> aligned = move_estimates(
-      headline_errors(report, 0)->reference_from_estimate, report.judgements[0].pairs);
-  axes.y_label = "error per axis [mm]";
-  axes.from_zero = false;
-  axes.height = 140;
+  return draw_chart(chart);
+}
+
+std::string errors_per_axis(const RunReport& report, const LengthUnit& unit) {
   constexpr const char* kNames[] = {"x", "y", "z"};
+  Chart chart = chart_of_run(report);
+  chart.y_label = fmt::format("error per axis [{}]", unit.name);
+  chart.from_zero = false;
+  chart.height = 140;
   for (int axis = 0; axis < 3; ++axis) {
-    axes.series.push_back(error_series(report, aligned, kNames[axis],
-                                       series_color(static_cast<std::size_t>(axis) + 2), axis));
+    chart.series.push_back(series_of_pairs(
+        report, aligned_pairs(report, 0), kNames[axis],
+        series_color(static_cast<std::size_t>(axis) + 2), [&](const PosePair& pair) {
+          return unit.per_metre * (pair.estimate.translation - pair.reference.translation)[axis];
+        }));
   }
-  turn.y_label = "rotation error [deg]";
-  turn.height = 110;
-  turn.series.push_back({"", series_color(0), {}, {}});
-  for (const PosePair& pair : aligned) {
-    const Eigen::Quaterniond error = pair.reference.rotation.inverse() * pair.estimate.rotation;
-    turn.series[0].x.push_back(seconds_of(report, pair.time));
-    turn.series[0].y.push_back(so3_log(error).norm() * 180 / std::numbers::pi);
-  }
-  return html_section("Errors over time",
-                      "After the alignment of the whole. Shaded: no pose at that time. Red marks: "
-                      "keyframes. Per axis and rotation: of the final trajectory.",
-                      draw_chart(total) + draw_chart(axes) + draw_chart(turn));
+  return draw_chart(chart);
+}
+
+std::string rotation_errors(const RunReport& report) {
+  Chart chart = chart_of_run(report);
+  chart.y_label = "rotation error [deg]";
+  chart.height = 110;
+  chart.series = {series_of_pairs(
+      report, aligned_pairs(report, 0), "", series_color(0), [](const PosePair& pair) {
+        const Eigen::Quaterniond error = pair.reference.rotation.inverse() * pair.estimate.rotation;
+        return so3_log(error).norm() * 180 / std::numbers::pi;
+      })};
+  return draw_chart(chart);
+}
+
+std::string error_section(const RunReport& report) {
+  if (report.judgements.empty() || !headline_errors(report, 0)) return "";
+  const LengthUnit unit = unit_for(headline_errors(report, 0)->position.rmse);
+  return html_section(
+      "Errors over time",
+      "After the alignment of the whole. Shaded: no pose at that time. Red marks: keyframes. Per "
+      "axis and rotation: of the final trajectory.",
+      total_errors(report, unit) + errors_per_axis(report, unit) + rotation_errors(report));
 }
 
 std::string tracking_section(const RunReport& report) {

@@ -87,7 +87,7 @@ TEST(RunReport, ShowsEverythingOnOnePage) {
   const std::string html = report_of(run, judgements, {run.final, circle(1.2)}, circle(1.1));
   EXPECT_THAT(html,
               AllOf(HasSubstr("desk &lt;1&gt;"), HasSubstr("&lt;peer&gt;"), HasSubstr("ATE SE(3)"),
-                    HasSubstr("position error [mm]"), HasSubstr("rotation error [deg]"),
+                    HasSubstr("position error [m"), HasSubstr("rotation error [deg]"),
                     HasSubstr("features"), HasSubstr("memory [MB]"),
                     HasSubstr("data:image/jpeg;base64,"), HasSubstr("0.1.0"), HasSubstr("family")));
   EXPECT_THAT(html,

@@ -111,7 +111,7 @@ double add_imu_factor(const Preintegration& motion, const InertialState& from,
 
 Vector15d prior_difference(const StatePrior& prior, const InertialState& state,
                            Matrix15d* by_state) {
-  const Vector15d difference = state_minus(state, prior.mean);
+  Vector15d difference = state_minus(state, prior.mean);
   if (by_state) *by_state = jacobian_of_minus(state, prior, difference);
   return difference;
 }

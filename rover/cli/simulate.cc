@@ -33,7 +33,11 @@ struct SimulateOptions {
   double duration = 0, start = 0, still = 0;
   double rate = 20, imu_rate = 200, exposure = 4, rolling_shutter = 0;
   int samples = 4, moving_objects = 0, threads = 2;
+  double calibration_error = 0;
+  std::string preset;
   std::uint64_t scene_seed = 1, seed = 1;
+
+  bool paper() const { return preset == "paper"; }
 };
 
 // Tells how far the simulation is: a line that rewrites itself on a terminal, nothing elsewhere.
@@ -108,6 +112,27 @@ Flight fly_along(const SimulateOptions& options) {
   return flight;
 }
 
+SE3 between(const SE3& a, const SE3& b, double share) {
+  return {a.rotation.slerp(share, b.rotation),
+          (1 - share) * a.translation + share * b.translation};
+}
+
+// A flight whose last third is as a shaking hand would fly it, from one course to the other within
+// two seconds.
+SplineMotion shaken_at_last(const FlightVolume& volume, FlightOptions options) {
+  const SplineMotion smooth = make_flight(volume, options);
+  options.style = FlightStyle::kShaking;
+  const SplineMotion shaking = make_flight(volume, options);
+  const double change = smooth.begin() + 2 * (smooth.end() - smooth.begin()) / 3;
+  std::vector<SE3> control = smooth.control();
+  for (std::size_t i = 0; i < control.size(); ++i) {
+    const double time = smooth.begin() + smooth.knot_interval() * static_cast<double>(i);
+    const double share = std::clamp((time - change) / 2.0, 0.0, 1.0);
+    control[i] = between(control[i], shaking.control()[i], share * share * (3 - 2 * share));
+  }
+  return {smooth.begin(), smooth.knot_interval(), control};
+}
+
 // A made flight through what the scene leaves free.
 Flight fly_through(const FlightVolume& volume, const Rig& rig, const SimulateOptions& options) {
   FlightOptions made;
@@ -118,7 +143,7 @@ Flight fly_through(const FlightVolume& volume, const Rig& rig, const SimulateOpt
   made.body_from_camera = rig.body_from_camera[0];
   made.seed = options.scene_seed;
   Flight flight;
-  flight.motion = make_flight(volume, made);
+  flight.motion = options.paper() ? shaken_at_last(volume, made) : make_flight(volume, made);
   flight.calibration = imu_options(options).calibration;
   flight.imu = synthesize_imu(*flight.motion, kEpoch, imu_options(options));
   return flight;
@@ -131,6 +156,19 @@ std::vector<Eigen::Vector3d> places_of(const Motion& motion) {
     places.push_back(motion.at(t).world_from_body.translation);
   }
   return places;
+}
+
+// The rig and the troubles of the paper's own recording (1440x1080 monocular, 100 Hz inertial
+// data): light that changes, then weak texture, then shaking, on one round of a corridor.
+void apply_preset(SimulateOptions& options) {
+  if (options.preset.empty()) return;
+  require(options.paper(), "--preset '{}' is not known; use paper", options.preset);
+  require(options.along.empty(), "--preset does not go with --along");
+  options.scene = "corridor";
+  options.rig = "paper";
+  options.lighting = "sweep";
+  options.motion = "smooth";
+  options.imu_rate = 100;
 }
 
 bool parse_texture(const std::string& name) {
@@ -158,6 +196,7 @@ SequenceOptions sequence_options(const SimulateOptions& options) {
   sequence.lighting = parse_lighting_style(options.lighting);
   if (sequence.lighting == LightingStyle::kDim) sequence.sensor = SensorOptions::dim();
   sequence.frame_rate = options.rate;
+  sequence.calibration_error = options.calibration_error;
   sequence.seed = options.seed;
   return sequence;
 }
@@ -176,7 +215,8 @@ void check(const SimulateOptions& options, const SequenceOptions& sequence) {
   sequence.check();
 }
 
-void simulate(const SimulateOptions& options) {
+void simulate(SimulateOptions options) {
+  apply_preset(options);
   SequenceOptions sequence = sequence_options(options);
   check(options, sequence);
   ThreadPool pool(options.threads);
@@ -188,9 +228,13 @@ void simulate(const SimulateOptions& options) {
     sequence.scene.around = places_of(*flight.motion);
     sequence.scene.check();
   }
+  sequence.scene.plain_leg = options.paper();
   progress.say("building the scene");
   const Scene scene = make_scene(sequence.scene, pool);
   if (!flight.motion) flight = fly_through(scene.flight_volume, sequence.rig, options);
+  if (options.paper()) {
+    sequence.lighting_until = (flight.motion->end() - flight.motion->begin()) / 3;
+  }
   const SimulatedFlight simulated{*flight.motion, flight.epoch, flight.imu, flight.calibration};
   write_sequence(sequence, scene, simulated, pool,
                  [&](std::size_t done, std::size_t all) { progress.show(done, all); });
@@ -229,6 +273,8 @@ void add_sensor_options(CLI::App* command, SimulateOptions& options) {
   command->add_option("--rate", options.rate, "Images per second; default 20");
   command->add_option("--imu-rate", options.imu_rate, "Inertial samples per second; default 200");
   command->add_option("--seed", options.seed, "Seed of noise and biases; default 1");
+  command->add_option("--calibration-error", options.calibration_error,
+                      "px by which the delivered calibration is off; default 0: exact");
   command->add_option("--samples", options.samples, "Rays per pixel; default 4");
   command->add_option("--exposure", options.exposure, "ms; default 4");
   command->add_option("--rolling-shutter", options.rolling_shutter,
@@ -247,6 +293,8 @@ void add_simulate(CLI::App& program) {
   add_sensor_options(command, *options);
   command->add_option("--cache", options->cache,
                       "Folder for noise-free images, or none; default render-cache beside output");
+  command->add_option("--preset", options->preset,
+                      "paper: its rig, then changing light, weak texture and shaking in turn");
   command->add_option("--threads", options->threads, "Default 2");
   command->callback([options] { simulate(*options); });
 }

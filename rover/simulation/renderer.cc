@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <opencv2/imgproc.hpp>
+
 #include "rover/base/error.h"
 #include "rover/base/random.h"
 #include "rover/simulation/renderer_objects.h"
@@ -15,6 +17,7 @@ namespace {
 
 using Packet = SceneRays::Packet;
 constexpr int kPacket = SceneRays::kPacket;
+constexpr double kLensBlur = 0.45;  // px, deviation
 
 std::vector<Patch> shadow_casters(const Scene& scene) {
   std::vector<Patch> casters;
@@ -46,7 +49,7 @@ std::vector<ShadedPatch> shaded_patches(const Scene& scene) {
 
 // A pixel's samples cover about this share of it each, in one direction.
 float sample_footprint(int samples) {
-  return std::max(0.35F, 1.2F / std::sqrt(static_cast<float>(samples)));
+  return std::max(0.3F, 1.6F / std::sqrt(static_cast<float>(samples)));
 }
 
 }  // namespace
@@ -78,11 +81,15 @@ Shot take_shot(const Motion& motion, const SE3& body_from_camera, double seconds
 }
 
 struct Renderer::Rays {
-  explicit Rays(const Scene& scene)
-      : all(scene.patches), casters(shadow_casters(scene)), patches(shaded_patches(scene)) {}
+  Rays(const Scene& scene, const std::vector<Camera>& lenses)
+      : all(scene.patches),
+        casters(shadow_casters(scene)),
+        patches(shaded_patches(scene)),
+        cameras(lenses.begin(), lenses.end()) {}
   SceneRays all;
   SceneRays casters;  // without what lies flat on other patches
   std::vector<ShadedPatch> patches;
+  std::vector<CameraRays> cameras;
 };
 
 struct Renderer::View {
@@ -113,8 +120,9 @@ struct Renderer::Shading {
   }
 };
 
-Renderer::Renderer(const Scene& scene, const RenderOptions& options)
-    : scene_(scene), options_(options), rays_(std::make_unique<Rays>(scene)) {
+Renderer::Renderer(const Scene& scene, const std::vector<Camera>& cameras,
+                   const RenderOptions& options)
+    : scene_(scene), options_(options), rays_(std::make_unique<Rays>(scene, cameras)) {
   options.check();
 }
 
@@ -143,17 +151,17 @@ void Renderer::render_row(const View& view, const Shading& shading, int y, float
   }
 }
 
-cv::Mat Renderer::render(const Camera& camera, const Shot& shot) const {
+cv::Mat Renderer::render(int camera, const Shot& shot) const {
   require(shot.world_from_camera.size() >= 2, "a shot needs at least two poses");
-  const CameraRays rays(camera);
-  const ShotPoses poses(shot.world_from_camera, camera.height(), options_);
-  const float pixel_angle = static_cast<float>(1 / camera.focal_length());
+  const CameraRays& rays = rays_->cameras[camera];
+  const ShotPoses poses(shot.world_from_camera, rays.height(), options_);
   const View view{rays, poses, shot.seed};
   const Shading shading{scene_.lighting.combine(shot.lamps),
                         LitObjects(scene_, rays_->casters, shot), rays_->patches,
-                        pixel_angle * sample_footprint(options_.samples)};
-  cv::Mat image(camera.height(), camera.width(), CV_32F);
+                        rays.pixel_angle() * sample_footprint(options_.samples)};
+  cv::Mat image(rays.height(), rays.width(), CV_32F);
   for (int y = 0; y < image.rows; ++y) render_row(view, shading, y, image.ptr<float>(y));
+  cv::GaussianBlur(image, image, {3, 3}, kLensBlur);
   return image;
 }
 

@@ -38,22 +38,20 @@ Shot take_shot(const Motion& motion, const SE3& body_from_camera, double seconds
                const RenderOptions& options);
 
 // Ray traces what cameras see of a scene, without noise. A ray per sample through the camera's own
-// unprojection (linear within a pixel, which is exact to some 0.001 px), samples spread over 2 x 2
-// pixels by a tent, as a lens and a pixel's area do, and over the exposure time. Safe to use from
-// several threads; each image is rendered by its caller's.
+// unprojection (linear within a pixel, which is exact to some 0.001 px), samples spread over
+// the pixel and the exposure time; then the blur of a good lens (deviation 0.45 px). Safe to use
+// from several threads; each image is rendered by its caller's.
 class Renderer {
  public:
   // The scene must outlive the renderer.
-  Renderer(const Scene& scene, const RenderOptions& options);
+  Renderer(const Scene& scene, const std::vector<Camera>& cameras, const RenderOptions& options);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  const RenderOptions& options() const { return options_; }
-
   // The radiance (32-bit float, one channel; 1 is a white surface under the scene's usual light).
-  // Black where the camera model has no ray.
-  cv::Mat render(const Camera& camera, const Shot& shot) const;
+  // Black where the camera model has no ray. camera: index into those given.
+  cv::Mat render(int camera, const Shot& shot) const;
 
  private:
   struct View;

@@ -1,6 +1,7 @@
 #include "rover/simulation/renderer_cache.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include <opencv2/imgcodecs.hpp>
@@ -15,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Changes with whatever changes the images: scenes, textures, light, rendering.
-constexpr std::uint64_t kGeneration = 1;
+constexpr std::uint64_t kGeneration = 3;
 constexpr double kBrightest = 16;  // radiance
 
 class Hash {
@@ -85,6 +86,7 @@ std::uint64_t hash_of(const SceneOptions& scene, const RenderOptions& render) {
   hash.add(static_cast<std::uint64_t>(scene.kind));
   hash.add(scene.seed);
   hash.add(static_cast<std::uint64_t>(scene.low_texture));
+  hash.add(static_cast<std::uint64_t>(scene.plain_leg));
   hash.add(static_cast<std::uint64_t>(scene.moving_objects));
   if (scene.photographs) add_folder(*scene.photographs, hash);
   for (const Eigen::Vector3d& point : scene.around) hash.add(point);

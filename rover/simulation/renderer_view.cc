@@ -8,11 +8,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-// The inverse of a tent's distribution over [-1, 1].
-float tent(float uniform) {
-  return uniform < 0.5F ? std::sqrt(2 * uniform) - 1 : 1 - std::sqrt(2 - 2 * uniform);
-}
-
 float fraction(std::uint64_t bits, int shift) {
   return static_cast<float>((bits >> shift) & 0xffff) / 65536.0F;
 }
@@ -21,6 +16,7 @@ float fraction(std::uint64_t bits, int shift) {
 
 CameraRays::CameraRays(const Camera& camera)
     : width_(camera.width()),
+      pixel_angle_(static_cast<float>(1 / camera.focal_length())),
       pixels_(static_cast<std::size_t>(camera.width()) *
               static_cast<std::size_t>(camera.height())) {
   const Vector3f none = Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
@@ -69,8 +65,10 @@ SampleJitter::SampleJitter(std::uint64_t bits, int sample, int samples) {
   const int rows = samples / columns;
   const bool in_grid = sample < rows * columns;
   const float u = fraction(bits, 0), v = fraction(bits, 16);
-  dx = tent(in_grid ? (static_cast<float>(sample % columns) + u) / static_cast<float>(columns) : u);
-  dy = tent(in_grid ? (static_cast<float>(sample / columns) + v) / static_cast<float>(rows) : v);
+  const float column = static_cast<float>(sample % columns),
+              row = static_cast<float>(sample / columns);
+  dx = (in_grid ? (column + u) / static_cast<float>(columns) : u) - 0.5F;
+  dy = (in_grid ? (row + v) / static_cast<float>(rows) : v) - 0.5F;
   const float stratum =
       (static_cast<float>(sample) + fraction(bits, 32)) / static_cast<float>(samples);
   time = std::min(static_cast<int>(stratum * RowPoses::kSlices), RowPoses::kSlices - 1);

@@ -20,9 +20,11 @@ class CameraRays {
   explicit CameraRays(const Camera& camera);
 
   int width() const { return width_; }
+  int height() const { return static_cast<int>(pixels_.size()) / width_; }
+  float pixel_angle() const { return pixel_angle_; }  // rad, in the middle of the image
   bool valid(int x, int y) const { return !std::isnan(pixels_[index(x, y)].centre.x()); }
-  // The ray at (x + dx, y + dy), dx and dy at most 1; of about unit length. A pixel without a ray
-  // gives one that is only good for nothing to happen.
+  // The ray at (x + dx, y + dy), dx and dy at most half a pixel; of about unit length. A pixel
+  // without a ray gives one that is only good for nothing to happen.
   Eigen::Vector3f at(int x, int y, float dx, float dy) const {
     const Pixel& pixel = pixels_[index(x, y)];
     return valid(x, y) ? Eigen::Vector3f(pixel.centre + dx * pixel.by_x + dy * pixel.by_y)
@@ -39,6 +41,7 @@ class CameraRays {
   }
 
   int width_;
+  float pixel_angle_;
   std::vector<Pixel> pixels_;
 };
 
@@ -77,12 +80,12 @@ class ShotPoses {
 };
 
 // Where in its pixel, and when in the exposure, a sample is taken. Samples of one pixel are spread
-// evenly: over a grid of cells bent into a tent, and over the time slices in an order of its own
+// evenly: over a grid of cells, and over the time slices in an order of its own
 // for each pixel.
 struct SampleJitter {
   SampleJitter(std::uint64_t bits, int sample, int samples);
 
-  float dx, dy;  // px, -1 to 1
+  float dx, dy;  // px, -0.5 to 0.5
   int time;      // slice
 };
 

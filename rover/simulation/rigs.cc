@@ -1,8 +1,12 @@
 #include "rover/simulation/rigs.h"
 
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <vector>
 
 #include "rover/base/error.h"
+#include "rover/base/random.h"
 #include "rover/datasets/calibration.h"
 
 namespace rover {
@@ -88,7 +92,51 @@ void check_size(const Camera& camera, const std::string& name) {
           name, camera.width(), camera.height());
 }
 
+using Disturbance = std::array<double, 6>;  // of fx fy cx cy k1 k2
+
+Camera changed(const Camera& camera, const Disturbance& change, double scale) {
+  std::array<double, 4> k = camera.intrinsics();
+  const auto& d = camera.distortion();
+  for (std::size_t i = 0; i < 4; ++i) k[i] += scale * change[i];
+  std::vector<double> distortion(d.begin(), d.begin() + (d[4] != 0 ? 5 : 4));
+  distortion[0] += scale * change[4];
+  distortion[1] += scale * change[5];
+  return {camera.model(), camera.width(), camera.height(), k, distortion};
+}
+
+// Root mean square of how far pixels move, px.
+double difference(const Camera& a, const Camera& b) {
+  constexpr int kSteps = 16;
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const Eigen::Vector2d pixel((i % kSteps + 0.5) / kSteps * a.width(),
+                                (i / kSteps + 0.5) / kSteps * a.height());
+    const auto ray = a.unproject(pixel);
+    const auto moved = ray ? b.project(*ray) : std::nullopt;
+    if (!moved) continue;
+    sum += (*moved - pixel).squaredNorm();
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
 }  // namespace
+
+Camera disturbed_camera(const Camera& calibrated, double error, std::uint64_t seed) {
+  require(error >= 0 && error <= 5, "--calibration-error {}: must lie between 0 and 5 px", error);
+  if (error == 0) return calibrated;
+  Random random(seed);
+  const double f = 0.002 * calibrated.focal_length();
+  const Disturbance change = {f * random.gaussian(),     f * random.gaussian(),
+                              random.gaussian(),         random.gaussian(),
+                              0.003 * random.gaussian(), 0.003 * random.gaussian()};
+  double scale = 0.1;
+  for (int i = 0; i < 4; ++i) {  // nearly linear
+    scale *= error / difference(calibrated, changed(calibrated, change, scale));
+  }
+  return changed(calibrated, change, scale);
+}
 
 Rig make_rig(const std::string& name) {
   Rig rig = name == "euroc"   ? euroc_rig()

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "rover/camera/camera.h"
@@ -16,5 +17,10 @@ namespace rover {
 // Throws InputError for what is neither, for calibration files that cannot be used, and for images
 // whose width or height is odd, below 32 or above 8192 px.
 Rig make_rig(const std::string& name_or_path);
+
+// A camera that the given calibration describes with an error: focal lengths, principal point and
+// the first two coefficients of distortion differ so that pixels are off by `error` px (root mean
+// square over the image).
+Camera disturbed_camera(const Camera& calibrated, double error, std::uint64_t seed);
 
 }  // namespace rover

@@ -43,6 +43,7 @@ class SceneBuilder {
   Random& random() { return random_; }
   double pick(double low, double high) { return random_.uniform(low, high); }
   bool plain() const { return plain_; }
+  void set_plain(bool plain) { plain_ = plain; }
   Scene& scene() { return scene_; }
   KeepFree& keep_free() { return keep_free_; }
 

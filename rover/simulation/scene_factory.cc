@@ -76,7 +76,7 @@ void add_ceiling_lamps(SceneBuilder& builder, const Plane& ceiling, double spaci
     const double x = (i % columns + 0.5) * ceiling.width / columns;
     const double y = (i / columns + 0.5) * ceiling.height / rows;
     builder.hang(ceiling, x - 0.6, y - 0.15, {1.2, 0.3}, Surface::kLamp, 1, 0, 3);
-    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.35), 0.28 * height * height);
+    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.35), 0.4 * height * height);
   }
 }
 
@@ -233,16 +233,20 @@ void build_corridor(SceneBuilder& builder, const SceneOptions& options) {
   builder.scene().flight_volume = volume;
   builder.add_plane(floor_of(min, max), any_floor(builder), 0.4, 4);
   builder.add_plane(ceiling_of(min, max), Surface::kPlaster, 0.75, 4);
-  for (const Plane& wall : walls_of(min, max)) build_corridor_wall(builder, wall);
-  for (Plane wall : walls_of(inner_min, inner_max)) {  // seen from outside the block
-    wall.corner += wall.width * wall.right;
-    wall.right = -wall.right;
-    build_corridor_wall(builder, wall);
+  constexpr std::size_t kSecondLeg = 1;  // of the walls: at the largest x
+  for (std::size_t i = 0; i < 4; ++i) {
+    Plane inner = walls_of(inner_min, inner_max)[i];  // seen from outside the block
+    inner.corner += inner.width * inner.right;
+    inner.right = -inner.right;
+    builder.set_plain(options.low_texture || (options.plain_leg && i == kSecondLeg));
+    build_corridor_wall(builder, walls_of(min, max)[i]);
+    build_corridor_wall(builder, inner);
   }
+  builder.set_plain(options.low_texture);
   const Plane ceiling = ceiling_of(min, max);
   const auto lamp = [&](double x, double y) {
     builder.hang(ceiling, x - 0.5, y - 0.12, {1, 0.24}, Surface::kLamp, 1, 0, 3);
-    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.3), 1.7);
+    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.3), 2.4);
   };
   for (double x = mid; x < kLength; x += 3.6) lamp(x, mid), lamp(x, kDepth - mid);
   for (double y = mid + 3.2; y < kDepth - mid - 1; y += 3.2) lamp(mid, y), lamp(kLength - mid, y);
@@ -285,7 +289,7 @@ void add_sky(SceneBuilder& builder, const Vector3d& min, const Vector3d& max) {
     patch.origin = side.corner.cast<float>();
     patch.edge_u = (side.width * side.right).cast<float>();
     patch.edge_v = (side.height * side.down).cast<float>();
-    patch.emission = 2;
+    patch.emission = 0.35F;
     patch.casts_shadow = false;
     builder.add_patch(patch, Surface::kClouds, 0.7, 1);
   }

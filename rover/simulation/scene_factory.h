@@ -26,6 +26,7 @@ struct SceneOptions {
   SceneKind kind = SceneKind::kRoom;
   std::uint64_t seed = 0;
   bool low_texture = false;  // plain walls with few marks
+  bool plain_leg = false;    // the same in the corridor's second leg alone
   int moving_objects = 0;
   // A folder of photographs to cover surfaces with instead of painted textures.
   std::optional<std::filesystem::path> photographs;

@@ -126,7 +126,7 @@ bool add_car(SceneBuilder& builder, const SE3& frame) {
   const double tone = builder.pick(0.08, 0.75);
   builder.add_box(frame, {-2.1, -1.75, 0.3}, {2.1, -0.05, 0.85}, Surface::kMetal, Surface::kMetal,
                   tone);
-  builder.add_box(frame, {-1.3, -1.6, 0.85}, {1.2, -0.2, 1.45}, Surface::kBoard, Surface::kMetal,
+  builder.add_box(frame, {-1.3, -1.6, 0.85}, {1.2, -0.2, 1.45}, Surface::kMetal, Surface::kMetal,
                   0.12);
   for (const double x : {-1.6, 1.05}) {
     builder.add_box(frame, {x, -1.78, 0}, {x + 0.6, -0.02, 0.6}, Surface::kCardboard,

@@ -15,6 +15,7 @@ namespace {
 constexpr int kShadowRays = 6;
 constexpr int kAmbientRays = 24;
 constexpr float kNegligible = 0.004F;  // irradiance not worth shadow rays
+constexpr float kUpwards = 0.12F;      // share of a lamp's light that goes sideways and up
 constexpr float kLift = 0.004F;        // m above the surface where rays begin
 
 Eigen::Vector3f random_in_ball(Random& random) {
@@ -35,7 +36,8 @@ float lamp_irradiance(const Lamp& lamp, const SceneRays& rays, const Eigen::Vect
   const Eigen::Vector3f to_lamp = lamp.position - point;
   const float distance2 = to_lamp.squaredNorm() + lamp.radius * lamp.radius;
   const float cosine = normal.dot(to_lamp) / std::sqrt(distance2);
-  const float unshaded = lamp.intensity * cosine / distance2;
+  const float below = std::max(0.0F, to_lamp.z() / std::sqrt(distance2));
+  const float unshaded = lamp.intensity * (kUpwards + (1 - kUpwards) * below) * cosine / distance2;
   if (unshaded < kNegligible) return 0;
   int lit = 0;
   for (int i = 0; i < kShadowRays; ++i) {

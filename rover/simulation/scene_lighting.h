@@ -12,7 +12,8 @@ class ThreadPool;
 struct Patch;
 struct Scene;
 
-// A lamp that shines equally in all directions. At distance d the irradiance is `intensity` / d^2.
+// A small round lamp. At distance d straight below it the irradiance is `intensity` / d^2, above it
+// hardly any: as under a shade.
 struct Lamp {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   float radius = 0.15F;  // m; makes soft shadows

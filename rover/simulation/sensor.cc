@@ -75,6 +75,7 @@ SensorOptions SensorOptions::dim() {
   SensorOptions options;
   options.mean_gray = 30;
   options.full_scale_electrons = 900;
+  options.read_noise = 12;
   return options;
 }
 

@@ -26,13 +26,13 @@ std::vector<float> lamp_weights(LightingStyle style, double seconds);
 double flicker_factor(LightingStyle style, double seconds, std::uint64_t seed);
 
 struct SensorOptions {
-  double mean_gray = 115;              // gray level that the exposure control aims at, 1 to 254
-  double full_scale_electrons = 5000;  // that make gray level 255; fewer: noisier
-  double read_noise = 12;              // electrons, deviation
-  double black_level = 1;              // gray level without light
-  double gamma = 1.25;                 // gray = 255 signal^(1 / gamma)
-  double vignetting = 0.25;            // light lost in the corners of an image
-  double reaction_time = 0.3;          // s that the exposure control lags behind changes of light
+  double mean_gray = 115;               // gray level that the exposure control aims at, 1 to 254
+  double full_scale_electrons = 14000;  // that make gray level 255; fewer: noisier
+  double read_noise = 25;               // electrons, deviation
+  double black_level = 1;               // gray level without light
+  double gamma = 1.25;                  // gray = 255 signal^(1 / gamma)
+  double vignetting = 0.25;             // light lost in the corners of an image
+  double reaction_time = 0.3;           // s that the exposure control lags behind changes of light
 
   // The same sensor where light is scarce.
   static SensorOptions dim();

@@ -9,10 +9,20 @@
 #include "rover/base/thread_pool.h"
 #include "rover/simulation/inertial_files.h"
 #include "rover/simulation/renderer_cache.h"
+#include "rover/simulation/rigs.h"
 #include "rover/simulation/sequence_writer.h"
 
 namespace rover {
 namespace {
+
+std::vector<Camera> true_cameras(const SequenceOptions& options) {
+  std::vector<Camera> cameras;
+  for (const Camera& camera : options.rig.cameras) {
+    const auto seed = hash_seed(options.scene.seed, cameras.size(), 30);
+    cameras.push_back(disturbed_camera(camera, options.calibration_error, seed));
+  }
+  return cameras;
+}
 
 // The images of a sequence, frame by frame and camera by camera, in two passes.
 class ImageProduction {
@@ -27,7 +37,8 @@ class ImageProduction {
         progress_(progress),
         times_(frame_times(flight.motion, flight.epoch, options.frame_rate)),
         common_(hash_of(options.scene, options.render)),
-        renderer_(scene, options.render) {}
+        cameras_(true_cameras(options)),
+        renderer_(scene, cameras_, options.render) {}
 
   void run(ThreadPool& pool) {
     means_.resize(times_.size());
@@ -41,6 +52,10 @@ class ImageProduction {
  private:
   std::size_t cameras() const { return options_.rig.cameras.size(); }
   double seconds(std::size_t frame) const { return seconds_between(flight_.epoch, times_[frame]); }
+
+  LightingStyle lighting(std::size_t frame) const {
+    return seconds(frame) < options_.lighting_until ? options_.lighting : LightingStyle::kConstant;
+  }
 
   // Threads take image after image: some take longer than others.
   template <class Work>
@@ -59,7 +74,7 @@ class ImageProduction {
   Shot shot(std::size_t frame, int camera) const {
     Shot shot = take_shot(flight_.motion, options_.rig.body_from_camera[camera], seconds(frame),
                           options_.render);
-    shot.lamps = lamp_weights(options_.lighting, seconds(frame));
+    shot.lamps = lamp_weights(lighting(frame), seconds(frame));
     shot.seed = hash_seed(static_cast<std::uint64_t>(times_[frame] - flight_.epoch), camera);
     return shot;
   }
@@ -67,10 +82,9 @@ class ImageProduction {
   // Radiance as it is after storing, so that a second run from the cache gives the same bytes.
   cv::Mat radiance(std::size_t frame, int camera) const {
     const Shot taken = shot(frame, camera);
-    const Camera& lens = options_.rig.cameras[camera];
-    const std::string name = image_name(common_, lens, taken);
+    const std::string name = image_name(common_, cameras_[camera], taken);
     if (auto stored = cache_.load(name)) return *stored;
-    cache_.store(name, renderer_.render(lens, taken));
+    cache_.store(name, renderer_.render(camera, taken));
     auto stored = cache_.load(name);
     require(stored.has_value(), "a noise-free image cannot be read again; is the cache changed?");
     return *stored;
@@ -79,7 +93,7 @@ class ImageProduction {
   void render(std::size_t frame, int camera) {
     const double mean = metered_mean(radiance(frame, camera));
     if (camera != 0) return;
-    means_[frame] = mean * flicker_factor(options_.lighting, seconds(frame), options_.seed);
+    means_[frame] = mean * flicker_factor(lighting(frame), seconds(frame), options_.seed);
   }
 
   void control_exposure() {
@@ -90,7 +104,7 @@ class ImageProduction {
   }
 
   void expose(std::size_t frame, int camera) const {
-    const double light = flicker_factor(options_.lighting, seconds(frame), options_.seed);
+    const double light = flicker_factor(lighting(frame), seconds(frame), options_.seed);
     const auto seed = hash_seed(options_.seed, frame, 20 + static_cast<std::uint64_t>(camera));
     const cv::Mat image =
         sensors_[camera].expose(radiance(frame, camera), light * gains_[frame], seed);
@@ -104,6 +118,7 @@ class ImageProduction {
   const SimulationProgress& progress_;
   std::vector<Timestamp> times_;
   std::uint64_t common_;
+  std::vector<Camera> cameras_;  // as they are, not as their calibration says
   Renderer renderer_;
   std::vector<Sensor> sensors_;
   std::vector<double> means_, gains_;  // of each frame

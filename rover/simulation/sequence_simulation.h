@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 
 #include "rover/simulation/imu_synthesis.h"
 #include "rover/simulation/motion.h"
@@ -20,7 +21,10 @@ struct SequenceOptions {
   RenderOptions render;
   LightingStyle lighting = LightingStyle::kConstant;
   SensorOptions sensor;
-  double frame_rate = 20;  // Hz
+  double lighting_until = std::numeric_limits<double>::infinity();  // s; constant from then on
+  double frame_rate = 20;                                           // Hz
+  // How far the delivered calibration is off, px: 0 is exact. See disturbed_camera.
+  double calibration_error = 0;
   std::uint64_t seed = 0;  // of the sensor's noise and the flicker
 
   // Throws InputError for values that make no sense.

@@ -7,8 +7,8 @@ SHELL := /bin/bash
 .NOTPARALLEL:
 
 PREFIX ?= /usr/local
-DATASET ?= ../shared/data/tum_rgbd/freiburg1_xyz
-MODE ?= mono
+DATASET ?=
+MODE ?=
 
 # One compiler per core, but no more than fit into memory at 2 GB each.
 JOBS ?= $(shell awk -v cores=$$(nproc) '/MemAvailable/ { fit = int($$2 / 2e6); \
@@ -34,7 +34,7 @@ test: configure ## set up, build everything, run the tests
 	@cmake --build --preset release -j $(JOBS)
 	@ctest --preset release -j $(JOBS)
 
-demo: build ## run on a sequence (DATASET=folder MODE=mono) and judge the result
+demo: build ## make a flight (or take DATASET=folder MODE=mono), run on it, report
 	@tools/demo.sh "$(DATASET)" "$(MODE)"
 
 install: ## build and install under PREFIX (/usr/local)

@@ -74,8 +74,8 @@ struct Flight {
 
 fs::path inertial_file_beside(const fs::path& ground_truth) {
   const fs::path folder = ground_truth.parent_path();
-  for (const fs::path& file : {folder / "../imu0/data.csv", folder / "imu0.csv.gz",
-                               folder / "imu0.csv", folder / "imu0/data.csv.gz"}) {
+  for (const char* name : {"../imu0/data.csv", "../imu0/data.csv.gz", "imu0.csv", "imu0.csv.gz"}) {
+    const fs::path file = folder / name;
     if (fs::exists(file)) return file;
   }
   throw InputError("--real-imu: no imu0/data.csv or imu0.csv[.gz] beside {}; name it with --imu",
@@ -113,8 +113,7 @@ Flight fly_along(const SimulateOptions& options) {
 }
 
 SE3 between(const SE3& a, const SE3& b, double share) {
-  return {a.rotation.slerp(share, b.rotation),
-          (1 - share) * a.translation + share * b.translation};
+  return {a.rotation.slerp(share, b.rotation), (1 - share) * a.translation + share * b.translation};
 }
 
 // A flight whose last third is as a shaking hand would fly it, from one course to the other within

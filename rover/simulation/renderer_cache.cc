@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Changes with whatever changes the images: scenes, textures, light, rendering.
-constexpr std::uint64_t kGeneration = 3;
+constexpr std::uint64_t kGeneration = 4;
 constexpr double kBrightest = 16;  // radiance
 
 class Hash {

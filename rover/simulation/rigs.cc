@@ -14,14 +14,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The camera looks along the body's x axis when its own axes are z = x, x = -y, y = -z of the body,
-// then tilted down by `tilt` rad.
-SE3 forward_camera(const Eigen::Vector3d& position, double tilt, double roll) {
+// How inertial sensors are mounted: the camera's x, y and z axes in the body frame. As on EuRoC's
+// and TUM-VI's rigs, so that the built-in rigs can fly along those ground truths.
+Eigen::Matrix3d euroc_axes() {
   Eigen::Matrix3d axes;
-  axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Eigen::Quaterniond small =
-      so3_exp(Eigen::Vector3d(-tilt, 0, 0)) * so3_exp(Eigen::Vector3d(0, 0, roll));
-  return {Eigen::Matrix3d(axes * small.toRotationMatrix()), position};
+  axes << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  return axes;
+}
+
+Eigen::Matrix3d tumvi_axes() {
+  Eigen::Matrix3d axes;
+  axes << -1, 0, 0, 0, 0, -1, 0, -1, 0;
+  return axes;
+}
+
+// position: of the camera along its own axes, m. Turned by small angles (rad) about its own x and
+// z.
+SE3 mounted(const Eigen::Matrix3d& axes, const Eigen::Vector3d& position, double tilt,
+            double roll) {
+  const Eigen::Quaterniond small = so3_exp({tilt, 0, 0}) * so3_exp({0, 0, roll});
+  return {Eigen::Matrix3d(axes * small.toRotationMatrix()), axes * position};
 }
 
 Rig euroc_rig() {
@@ -30,8 +42,8 @@ Rig euroc_rig() {
   const Camera right(CameraModel::kPinhole, 752, 480, {457.9, 456.3, 378.7, 255.6},
                      {-0.2836, 0.0745, -0.00012, -0.00004});
   return {{left, right},
-          {forward_camera({0.02, 0.055, 0.01}, 0.04, 0.004),
-           forward_camera({0.021, -0.055, 0.009}, 0.035, -0.006)}};
+          {mounted(euroc_axes(), {-0.055, 0.01, 0.02}, 0.012, 0.004),
+           mounted(euroc_axes(), {0.055, 0.011, 0.021}, 0.008, -0.006)}};
 }
 
 Rig tumvi_rig() {
@@ -40,20 +52,20 @@ Rig tumvi_rig() {
   const Camera right(CameraModel::kFisheye, 512, 512, {190.4, 190.4, 252.6, 255.1},
                      {0.0033, 0.0009, -0.0021, 0.0003});
   return {{left, right},
-          {forward_camera({0.04, 0.0505, 0.02}, 0.05, 0.01),
-           forward_camera({0.04, -0.0505, 0.02}, 0.04, -0.01)}};
+          {mounted(tumvi_axes(), {-0.0505, 0.02, 0.04}, 0.02, 0.01),
+           mounted(tumvi_axes(), {0.0505, 0.02, 0.04}, 0.015, -0.01)}};
 }
 
 Rig mono_rig() {
   const Camera camera(CameraModel::kPinhole, 640, 480, {460, 460, 319.2, 240.6},
                       {-0.05, 0.03, 0.0003, -0.0002});
-  return {{camera}, {forward_camera({0.03, 0, 0.01}, 0.03, 0)}};
+  return {{camera}, {mounted(euroc_axes(), {0, 0.01, 0.03}, 0.01, 0)}};
 }
 
 Rig paper_rig() {
   const Camera camera(CameraModel::kPinhole, 1440, 1080, {1170, 1170, 719.3, 541.2},
                       {-0.11, 0.08, 0.0002, -0.0001});
-  return {{camera}, {forward_camera({0.03, 0.01, 0.02}, 0.03, 0)}};
+  return {{camera}, {mounted(euroc_axes(), {0.01, 0.02, 0.03}, 0.01, 0)}};
 }
 
 void append(const fs::path& file, Rig& rig) {

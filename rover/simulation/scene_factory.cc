@@ -76,7 +76,7 @@ void add_ceiling_lamps(SceneBuilder& builder, const Plane& ceiling, double spaci
     const double x = (i % columns + 0.5) * ceiling.width / columns;
     const double y = (i / columns + 0.5) * ceiling.height / rows;
     builder.hang(ceiling, x - 0.6, y - 0.15, {1.2, 0.3}, Surface::kLamp, 1, 0, 3);
-    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.35), 0.4 * height * height);
+    builder.add_lamp(ceiling.at(x, y) + Vector3d(0, 0, -0.1 * height), 0.4 * height * height);
   }
 }
 

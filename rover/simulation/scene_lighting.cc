@@ -15,7 +15,7 @@ namespace {
 constexpr int kShadowRays = 6;
 constexpr int kAmbientRays = 24;
 constexpr float kNegligible = 0.004F;  // irradiance not worth shadow rays
-constexpr float kUpwards = 0.12F;      // share of a lamp's light that goes sideways and up
+constexpr float kUpwards = 0.05F;      // share of a lamp's light that goes sideways and up
 constexpr float kLift = 0.004F;        // m above the surface where rays begin
 
 Eigen::Vector3f random_in_ball(Random& random) {

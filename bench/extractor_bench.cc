@@ -35,47 +35,42 @@ Runtime& runtime() {
   return shared;
 }
 
-ExtractionRequest request_800() {
+ExtractionRequest request_of(int budget) {
   ExtractionRequest request;
-  request.budget = 800;
+  request.budget = budget;
   return request;
 }
 
 void extraction(benchmark::State& state, const std::string& family) {
+  ExtractorOptions options;
+  options.adaptive_threshold = false;  // as many features as the budget says
   std::unique_ptr<Extractor> extractor;
   try {
-    extractor = make_extractor(family, runtime());
+    extractor = make_extractor(family, runtime(), options);
   } catch (const InputError& error) {
     state.SkipWithError(error.what());
     return;
   }
   const cv::Mat image = textured_image();
-  for (auto _ : state) benchmark::DoNotOptimize(extractor->extract(image, request_800()));
+  const ExtractionRequest request = request_of(static_cast<int>(state.range(0)));
+  int features = 0;
+  for (auto _ : state) features = extractor->extract(image, request).size();
+  state.counters["features"] = features;
 }
-BENCHMARK_CAPTURE(extraction, xfeat_corner, "xfeat-corner")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, xfeat, "xfeat")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, aliked_t16, "aliked-t16")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, aliked_n16, "aliked-n16")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, superpoint, "superpoint")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(extraction, orb, "orb")
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+// Registers one family with budgets from 256 to 1024 features.
+#define ROVER_EXTRACTION(name, family)        \
+  BENCHMARK_CAPTURE(extraction, name, family) \
+      ->ArgsProduct({{256, 512, 800, 1024}})  \
+      ->MeasureProcessCPUTime()               \
+      ->UseRealTime()                         \
+      ->Unit(benchmark::kMillisecond)
+ROVER_EXTRACTION(xfeat_corner, "xfeat-corner");
+ROVER_EXTRACTION(xfeat, "xfeat");
+ROVER_EXTRACTION(aliked_t16, "aliked-t16");
+ROVER_EXTRACTION(aliked_n16, "aliked-n16");
+ROVER_EXTRACTION(superpoint, "superpoint");
+ROVER_EXTRACTION(orb, "orb");
+#undef ROVER_EXTRACTION
 
 void xfeat_network(benchmark::State& state) {
   const auto network = runtime().load("xfeat.onnx");
@@ -146,7 +141,7 @@ void selection(benchmark::State& state) {
                         kernels::best_kernels(), one, scratch);
   state.counters["candidates"] = static_cast<double>(candidates.size());
   for (auto _ : state) {
-    benchmark::DoNotOptimize(select_candidates(candidates, request_800(), {}, 4));
+    benchmark::DoNotOptimize(select_candidates(candidates, request_of(800), {}, 4));
   }
 }
 BENCHMARK(selection)->Unit(benchmark::kMicrosecond);

@@ -41,19 +41,22 @@ BENCHMARK(mutual_nearest_neighbour)
     ->Unit(benchmark::kMicrosecond);
 
 // Arguments: features per image, layers.
-void lighterglue(benchmark::State& state) {
+void lightglue(benchmark::State& state, LightGlueOptions options, int descriptor_size) {
   Runtime runtime(RuntimeOptions{});
-  LightGlueOptions options = lighterglue_options();
   options.max_layers = static_cast<int>(state.range(1));
   options.exit_share = 2;
   options.prune_matchability = 0;
   const LightGlueMatcher matcher(runtime, options);
-  const FeatureSet a = random_features(static_cast<int>(state.range(0)), 64, 1);
+  const FeatureSet a = random_features(static_cast<int>(state.range(0)), descriptor_size, 1);
   const FeatureSet b = shuffled_features(a, 0.04f, 2);
   for (auto _ : state) benchmark::DoNotOptimize(matcher.match({a}, {b}));
 }
-BENCHMARK(lighterglue)
+BENCHMARK_CAPTURE(lightglue, lighterglue, lighterglue_options(), 64)
     ->ArgsProduct({{256, 512, 1024}, {1, 3, 6}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(lightglue, aliked_n16, lightglue_options("lightglue-aliked-n16"), 128)
+    ->ArgsProduct({{256, 512, 1024}, {1, 9}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 

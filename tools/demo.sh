@@ -43,7 +43,8 @@ draw_matches() {
   local images
   mapfile -t images < <(find -L "$dataset" -path '*cam0*' -name '*.png' | sort)
   [[ ${#images[@]} -gt 20 ]] || return 0
-  "$rover" match "${images[0]}" "${images[20]}" --output "$output/matches.png"
+  "$rover" match "${images[0]}" "${images[20]}" --output "$output/matches.png" > /dev/null
+  say "what two images have in common: $output/matches.png"
 }
 
 if [[ -n $dataset && ! -d $dataset ]]; then
@@ -63,5 +64,4 @@ mode=${mode:-mono}
 run_slam
 "$rover" evaluate --run "$run" --dataset "$dataset"
 draw_matches
-find "$output" -maxdepth 2 \( -name '*.png' -o -name '*.svg' \) -printf 'demo: picture %p\n' | sort
-say "to look at: $run/report.html"
+say "everything to look at: $run/report.html"

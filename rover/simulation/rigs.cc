@@ -136,7 +136,6 @@ double difference(const Camera& a, const Camera& b) {
 }  // namespace
 
 Camera disturbed_camera(const Camera& calibrated, double error, std::uint64_t seed) {
-  require(error >= 0 && error <= 5, "--calibration-error {}: must lie between 0 and 5 px", error);
   if (error == 0) return calibrated;
   Random random(seed);
   const double f = 0.002 * calibrated.focal_length();

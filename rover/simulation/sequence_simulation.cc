@@ -138,6 +138,8 @@ void SequenceOptions::check() const {
   require(!rig.cameras.empty(), "a rig needs at least one camera");
   require(frame_rate >= 0.1 && frame_rate <= 1000, "--rate {}: must lie between 0.1 and 1000 Hz",
           frame_rate);
+  require(calibration_error >= 0 && calibration_error <= 5,
+          "--calibration-error {}: must lie between 0 and 5 px", calibration_error);
   scene.check();
   render.check();
   sensor.check();

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "rover/base/quantile.h"
 #include "rover/cli/map_ply.h"
 #include "rover/datasets/atomic_file.h"
 
@@ -14,14 +15,6 @@ namespace rover {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const auto index = static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
-                   values.end());
-  return values[index];
-}
 
 double peak_memory_mb() {
   rusage usage{};

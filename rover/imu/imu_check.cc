@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rover/base/error.h"
+#include "rover/base/quantile.h"
 #include "rover/imu/inertial_state.h"
 
 namespace rover {
@@ -11,14 +12,6 @@ namespace {
 
 bool is_finite(const ImuSample& sample) {
   return sample.angular_velocity.allFinite() && sample.acceleration.allFinite();
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
 }
 
 // The samples that can be used, in order; counts the others.

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rover/base/quantile.h"
 #include "rover/imu/imu_check.h"
 #include "rover/imu/preintegration.h"
 
@@ -45,11 +46,6 @@ Vector9d residual(const RealFlight& flight, const Interval& interval) {
   result << to_begin * error.head<3>(), error.segment<3>(3),
       from.world_from_body.rotation.conjugate() * error.segment<3>(6);
   return result;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 struct Figures {

@@ -34,6 +34,7 @@ struct SimulateOptions {
   double rate = 20, imu_rate = 200, exposure = 4, rolling_shutter = 0;
   int samples = 4, moving_objects = 0, threads = 2;
   double calibration_error = 0;
+  double reference_error = 0;
   std::string preset;
   std::uint64_t scene_seed = 1, seed = 1;
 
@@ -196,6 +197,7 @@ SequenceOptions sequence_options(const SimulateOptions& options) {
   if (sequence.lighting == LightingStyle::kDim) sequence.sensor = SensorOptions::dim();
   sequence.frame_rate = options.rate;
   sequence.calibration_error = options.calibration_error;
+  sequence.reference_error.position = options.reference_error / 1000;
   sequence.seed = options.seed;
   return sequence;
 }
@@ -272,6 +274,8 @@ void add_sensor_options(CLI::App* command, SimulateOptions& options) {
   command->add_option("--rate", options.rate, "Images per second; default 20");
   command->add_option("--imu-rate", options.imu_rate, "Inertial samples per second; default 200");
   command->add_option("--seed", options.seed, "Seed of noise and biases; default 1");
+  command->add_option("--reference-error", options.reference_error,
+                      "mm, rms, that the ground truth is off, as motion capture is; default 0");
   command->add_option("--calibration-error", options.calibration_error,
                       "px by which the delivered calibration is off; default 0: exact");
   command->add_option("--samples", options.samples, "Rays per pixel; default 4");

@@ -1,11 +1,13 @@
 #include "rover/simulation/inertial_files.h"
 
+#include <cmath>
 #include <iterator>
 #include <string>
 #include <string_view>
 
 #include <fmt/format.h>
 
+#include "rover/base/random.h"
 #include "rover/datasets/atomic_file.h"
 
 namespace rover {
@@ -53,13 +55,37 @@ void append_state(std::string& text, Timestamp time, const MotionState& state) {
   append_vector(text, state.velocity);
 }
 
-std::string state_rows(const Motion& motion, Timestamp epoch, const ImuRecording& recording) {
+// The error of a motion capture system, sample by sample.
+class ReferenceNoise {
+ public:
+  explicit ReferenceNoise(const ReferenceError& error) : error_(error), random_(error.seed) {}
+
+  Eigen::Vector3d at(double seconds) {
+    const double kept = std::exp(-(seconds - last_) / error_.correlation);
+    const double drawn = error_.position / std::sqrt(3.0) * std::sqrt(1 - kept * kept);
+    for (double& axis : value_) axis = kept * axis + drawn * random_.gaussian();
+    last_ = seconds;
+    return value_;
+  }
+
+ private:
+  ReferenceError error_;
+  Random random_;
+  double last_ = -1e3;  // long ago: the first value has the whole variance
+  Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
+};
+
+std::string state_rows(const Motion& motion, Timestamp epoch, const ImuRecording& recording,
+                       const ReferenceError& error) {
+  ReferenceNoise noise(error);
   std::string text(kStateHeader);
   for (std::size_t i = 0; i < recording.samples.size(); ++i) {
     const Timestamp time = recording.samples[i].time;
     const double seconds = seconds_between(epoch, time);
     if (seconds < motion.begin() || seconds > motion.end()) continue;
-    append_state(text, time, motion.at(seconds));
+    MotionState state = motion.at(seconds);
+    state.world_from_body.translation += noise.at(seconds);
+    append_state(text, time, state);
     append_vector(text, recording.biases[i].gyroscope);
     append_vector(text, recording.biases[i].accelerometer);
     text += '\n';
@@ -91,13 +117,14 @@ void write_imu_folder(const std::filesystem::path& folder, const ImuRecording& r
 }
 
 void write_ground_truth_folder(const std::filesystem::path& folder, const Motion& motion,
-                               Timestamp epoch, const ImuRecording& recording) {
+                               Timestamp epoch, const ImuRecording& recording,
+                               const ReferenceError& error) {
   write_file_atomically(folder / "sensor.yaml",
                         fmt::format("%YAML:1.0\n"
                                     "sensor_type: visual-inertial\n"
-                                    "comment: exact states of the simulated body\n{}",
-                                    kIdentity));
-  write_file_atomically(folder / "data.csv", state_rows(motion, epoch, recording));
+                                    "comment: states of the simulated body, positions {} m off\n{}",
+                                    error.position, kIdentity));
+  write_file_atomically(folder / "data.csv", state_rows(motion, epoch, recording, error));
 }
 
 }  // namespace rover

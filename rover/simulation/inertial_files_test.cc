@@ -36,6 +36,24 @@ class InertialFiles : public ::testing::Test {
   ImuRecording recording = synthesize_imu(motion, kEpoch);
 };
 
+TEST_F(InertialFiles, TheReferenceIsOffAsAsked) {
+  ReferenceError error;
+  error.position = 0.003;
+  error.correlation = 0.01;
+  write_ground_truth_folder(folder / "mav0/state_groundtruth_estimate0", motion, kEpoch, recording,
+                            error);
+  DatasetOptions options;
+  options.path = folder.path();
+  const Trajectory truth = open_dataset(options)->ground_truth();
+  double squares = 0;
+  for (const StampedPose& pose : truth) {
+    const SE3 exact = motion.at(seconds_between(kEpoch, pose.time)).world_from_body;
+    squares += (pose.pose.translation - exact.translation).squaredNorm();
+  }
+  const double rms = std::sqrt(squares / static_cast<double>(truth.size()));
+  EXPECT_NEAR(rms, error.position, 0.25 * error.position);  // some 150 independent values
+}
+
 TEST_F(InertialFiles, AreReadAsAnEurocSequence) {
   DatasetOptions options;
   options.path = folder.path();
@@ -66,8 +84,7 @@ TEST_F(InertialFiles, AreReadAsAnEurocSequence) {
 }
 
 TEST_F(InertialFiles, GroundTruthHoldsVelocityAndBiases) {
-  const std::string text =
-      read_text_file(folder / "mav0/state_groundtruth_estimate0/data.csv");
+  const std::string text = read_text_file(folder / "mav0/state_groundtruth_estimate0/data.csv");
   const auto rows = split_rows(text, ',');
   ASSERT_EQ(rows.size(), recording.samples.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -85,9 +102,8 @@ TEST_F(InertialFiles, GroundTruthHoldsVelocityAndBiases) {
 }
 
 TEST_F(InertialFiles, RefuseFoldersThatAreNotThere) {
-  EXPECT_THAT(input_error_of([&] {
-                write_imu_folder(folder / "none", recording, euroc_imu_calibration());
-              }),
+  EXPECT_THAT(input_error_of(
+                  [&] { write_imu_folder(folder / "none", recording, euroc_imu_calibration()); }),
               ::testing::HasSubstr("cannot be written"));
 }
 

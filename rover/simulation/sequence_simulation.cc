@@ -126,10 +126,13 @@ class ImageProduction {
   std::size_t done_ = 0;
 };
 
-void write_inertial_data(SequenceWriter& writer, const SimulatedFlight& flight) {
+void write_inertial_data(SequenceWriter& writer, const SimulatedFlight& flight,
+                         const SequenceOptions& options) {
+  ReferenceError error = options.reference_error;
+  error.seed = hash_seed(options.seed, 0, 40);
   write_imu_folder(writer.add_folder("imu0"), flight.imu, flight.imu_calibration);
   write_ground_truth_folder(writer.add_folder("state_groundtruth_estimate0"), flight.motion,
-                            flight.epoch, flight.imu);
+                            flight.epoch, flight.imu, error);
 }
 
 }  // namespace
@@ -140,6 +143,8 @@ void SequenceOptions::check() const {
           frame_rate);
   require(calibration_error >= 0 && calibration_error <= 5,
           "--calibration-error {}: must lie between 0 and 5 px", calibration_error);
+  require(reference_error.position >= 0 && reference_error.position < 1,
+          "--reference-error {}: must lie between 0 and 1000 mm", 1000 * reference_error.position);
   scene.check();
   render.check();
   sensor.check();
@@ -165,7 +170,7 @@ void write_sequence(const SequenceOptions& options, const Scene& scene,
   const RadianceCache cache(options.cache.empty() ? own_cache : options.cache);
   ImageProduction images(options, scene, flight, writer, cache, progress);
   writer.add_cameras(options.rig, options.frame_rate, images.times());
-  write_inertial_data(writer, flight);
+  write_inertial_data(writer, flight, options);
   images.run(pool);
   if (options.cache.empty()) std::filesystem::remove_all(own_cache);
   writer.finish();

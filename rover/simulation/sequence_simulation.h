@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "rover/simulation/imu_synthesis.h"
+#include "rover/simulation/inertial_files.h"
 #include "rover/simulation/motion.h"
 #include "rover/simulation/renderer.h"
 #include "rover/simulation/scene_factory.h"
@@ -25,7 +26,8 @@ struct SequenceOptions {
   double frame_rate = 20;                                           // Hz
   // How far the delivered calibration is off, px: 0 is exact. See disturbed_camera.
   double calibration_error = 0;
-  std::uint64_t seed = 0;  // of the sensor's noise and the flicker
+  ReferenceError reference_error;  // of the ground truth that is written; its seed is not used
+  std::uint64_t seed = 0;          // of the sensor's noise and the flicker
 
   // Throws InputError for values that make no sense.
   void check() const;

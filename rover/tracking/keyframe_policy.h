@@ -14,7 +14,7 @@ struct KeyframePolicyOptions {
                                    // keyframe at once
   int min_near = 100;              // stereo: fewer near landmarks tracked than this, while ...
   int min_new_near = 70;           // ... so many more are to be had: new keyframe
-  int min_inliers = 15;            // fewer: no keyframe, the pose is not sure enough
+  int min_inliers = 10;            // fewer: no keyframe, the pose is not sure enough
   int min_gap = 1;                 // frames between keyframes when the reason is not urgent
 
   void check() const;

@@ -10,8 +10,8 @@
 namespace rover {
 
 struct RelocalizationOptions {
-  int min_matches = 15;        // with landmarks, before RANSAC
-  int min_inliers = 15;        // after the pose adjustment
+  int min_matches = 12;        // with landmarks, before RANSAC
+  int min_inliers = 10;        // after the pose adjustment
   double matched_share = 0.6;  // of the keyframe's features, those with landmarks first
   double ransac_sigma = 1.5;   // px: inliers lie within 2.4 times this
   int recent_keyframes = 10;   // tried when lost ...

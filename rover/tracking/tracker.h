@@ -23,12 +23,12 @@ struct TrackerOptions {
   double motion_radius = 20;   // px at 640 wide: gate around the position predicted by the motion
   double local_radius = 6;     // px at 640 wide: gate once the pose is known from the last frame
   int confident_inliers = 25;  // fewer after guided search from the last frame: learned matching
-  int min_inliers = 20;        // fewer in the local map: lost
+  int min_inliers = 10;        // fewer in the local map: lost
   bool learned_tracking = false;  // always match the last frame with the learned matcher
   bool refine = true;             // refine observations photometrically in every frame
   double max_lost = 2.0;          // s after which a new map may be begun ...
   double max_lost_young = 0.3;    // ... when the map lost has less than 5 keyframes
-  int min_stereo_points = 100;    // to begin a map from one stereo frame
+  int min_stereo_points = 25;     // to begin a map from one stereo frame
   LandmarkSearchOptions search;
   PatchRefinementOptions refinement;
   PoseOptimizationOptions pose;

@@ -86,7 +86,7 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
   Json json;
   json["dataset"] = facts.dataset.string();
   json["mode"] = to_string(facts.mode);
-  json["pose_frame"] = "cam0";
+  json["pose_frame"] = is_inertial(facts.mode) ? "body" : "cam0";
   json["frames"] = facts.frames_offered;
   json["frames_tracked"] = recorder.count("ok");
   json["frames_skipped"] = recorder.count("skipped");

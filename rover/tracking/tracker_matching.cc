@@ -29,8 +29,7 @@ bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, double ra
                               Frame& frame) {
   search_landmarks(map, last_->landmarks(), search_options(radius), grid, frame);
   const auto temporary = search_temporary(grid, radius, frame);
-  const FramePose solved =
-      solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
+  const FramePose solved = solve_pose(map, frame, temporary);
   return solved.estimate.converged &&
          solved.landmarks + solved.temporary >= options_.confident_inliers;
 }
@@ -80,8 +79,7 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
     if (!stereo || frame[match.b].landmark.valid()) continue;
     temporary.push_back({last_->world_from_body * stereo->point.cast<double>(), match.b});
   }
-  const FramePose solved =
-      solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
+  const FramePose solved = solve_pose(map, frame, temporary);
   return solved.estimate.converged && solved.landmarks + solved.temporary >= options_.min_inliers;
 }
 
@@ -113,11 +111,11 @@ bool Tracker::track_local_map(const Map& map, const FeatureGrid& grid, Frame& fr
   std::vector<LandmarkId> sought = frame.landmarks();
   search_landmarks(map, local.landmarks, search_options(options_.local_radius), grid, frame,
                    &sought);
-  FramePose solved = solve_frame_pose(map, options_.pose, options_.weighting, frame);
+  FramePose solved = solve_pose(map, frame);
   result.matches = frame.landmark_count();
   if (options_.refine && solved.estimate.converged) {
     refine_observations(map, options_.refinement, frame);
-    solved = solve_frame_pose(map, options_.pose, options_.weighting, frame);
+    solved = solve_pose(map, frame);
   }
   result.inliers = solved.landmarks;
   result.covariance = solved.estimate.covariance;

@@ -40,6 +40,9 @@ void RunRecorder::add(std::int64_t index, const TrackingResult& result, double t
   causal_.push_back({pose.time, result.world_from_body});
   odometry_.push_back({pose.time, odometry_from_body_});
   covariances_.emplace_back(pose.time, result.covariance);
+  if (result.inertial) {
+    states_.push_back({pose.time, *result.inertial, result.inertial_covariance});
+  }
 }
 
 void RunRecorder::add_unusable(std::int64_t index, Timestamp time, const std::string& state) {
@@ -76,6 +79,7 @@ void RunRecorder::write(const std::filesystem::path& folder) const {
   write_file_atomically(folder / "frames.csv", frames_csv());
   write_file_atomically(folder / "timing.csv", timing_csv());
   write_file_atomically(folder / "covariance.csv", covariance_csv());
+  if (!states_.empty()) write_file_atomically(folder / "states.csv", states_csv(states_));
   samples_.write(folder);
 }
 

@@ -142,6 +142,7 @@ bool InertialMapper::is_plausible(const InertialMapProblem& problem,
 bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
   constexpr int kAlways = 2;
   const InertialStatus& status = map.inertial();
+  if (static_cast<int>(map.keyframes().size()) > options_.max_refined) return false;
   if (status.refinements >= kAlways && status.scale_sigma < options_.scale_sigma) return false;
   const double wait =
       status.refinements == 0 ? options_.first_refinement : options_.refinement_interval;

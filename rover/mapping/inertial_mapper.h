@@ -13,9 +13,9 @@ struct InertialMapperOptions {
   int window = 10;         // keyframes in time, mono: free in the local adjustment
   int stereo_window = 15;  // likewise, stereo
   InitializationOptions initialization;
-  int min_keyframes = 6;   // linked in time before initialisation is tried
-  int max_keyframes = 80;  // the newest so many take part in it
-  double first_refinement = 5;     // s after initialisation: the whole map is adjusted, ...
+  int min_keyframes = 6;            // linked in time before initialisation is tried
+  int max_keyframes = 80;           // the newest so many take part in it
+  double first_refinement = 5;      // s after initialisation: the whole map is adjusted, ...
   double refinement_interval = 10;  // ... and again after so many s, ...
   double scale_sigma = 0.015;       // ... until the scale is known to this
   // An initialisation is undone, or not even done, if ...
@@ -24,7 +24,8 @@ struct InertialMapperOptions {
   double max_reprojection_ratio = 1.2;  // the reprojection error grows by more
   double max_link_chi2 = 90;            // mean over the window, of 9 degrees of freedom, ...
   double trial_period = 3;              // ... in the first s
-  BundleOptions adjustment{.first_iterations = 15, .second_iterations = 15};  // of the whole map
+  int max_refined = 100;                // keyframes: larger maps are left to the final adjustment
+  BundleOptions adjustment{.first_iterations = 10, .second_iterations = 10};  // of the whole map
 
   void check() const;
 };

@@ -80,7 +80,12 @@ class System::Implementation {
     last_time_.reset();
   }
 
-  bool add_imu(const ImuSample& sample) { return !imu_ || tracker_->add_imu(sample); }
+  // On the clock of the cameras.
+  bool add_imu(ImuSample sample) {
+    if (!imu_) return true;
+    sample.time -= static_cast<Timestamp>(config_.imu_time_offset * kNanosecondsPerSecond);
+    return tracker_->add_imu(sample);
+  }
 
   TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
     check_input(time, left, right);
@@ -131,10 +136,9 @@ class System::Implementation {
     std::vector<FinalPose> poses;
     for (const AnchoredPose& pose : placed_) {
       if (pose.map != id) continue;
-      poses.push_back(
-          {pose.frame, pose.time,
-           map->world_from_any(pose.reference) *
-               map->rescale_relative(pose.reference_from_body, pose.scale)});
+      poses.push_back({pose.frame, pose.time,
+                       map->world_from_any(pose.reference) *
+                           map->rescale_relative(pose.reference_from_body, pose.scale)});
     }
     std::sort(poses.begin(), poses.end(),
               [](const auto& a, const auto& b) { return a.time < b.time; });
@@ -161,8 +165,13 @@ class System::Implementation {
 
   void adjust_with_inertia(SharedMap& shared) const {
     InertialMapProblem problem = gather_inertial_map(*shared.view(), config_.weighting);
-    const auto summary = adjust_inertial_bundle(problem.inertial, {config_.final_adjustment});
-    shared.commit([&](Map& map) { commit_inertial_adjustment(map, problem, summary); });
+    const auto summary = adjust_inertial_bundle(problem.inertial, {config_.final_adjustment, true});
+    InertialStatus status = shared.view()->inertial();
+    if (!summary.covariance.empty()) status.scale_sigma = summary.scale_sigma;
+    shared.commit([&](Map& map) {
+      commit_inertial_adjustment(map, problem, summary);
+      map.set_inertial(status);
+    });
   }
 
   void check_input(Timestamp time, const cv::Mat& left, const cv::Mat& right) {

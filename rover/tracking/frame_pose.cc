@@ -34,12 +34,12 @@ FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& option
   const auto solve = [&](const SE3& initial, std::span<const PoseObservation> observations) {
     return optimize_pose(map.rig(), initial, observations, options);
   };
-  return solve_frame_pose(map, solve, weighting, frame, temporary);
+  return solve_frame_pose_with(solve, map, weighting, frame, temporary);
 }
 
-FramePose solve_frame_pose(const Map& map, const PoseSolver& solve,
-                           const WeightingOptions& weighting, Frame& frame,
-                           const std::vector<TemporaryPoint>& temporary) {
+FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
+                                const WeightingOptions& weighting, Frame& frame,
+                                const std::vector<TemporaryPoint>& temporary) {
   Gathered gathered;
   for (int i = 0; i < frame.size(); ++i) {
     if (!frame[i].landmark.valid()) continue;

@@ -34,8 +34,8 @@ FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& option
                            const std::vector<TemporaryPoint>& temporary = {});
 
 // The same with another solver.
-FramePose solve_frame_pose(const Map& map, const PoseSolver& solve,
-                           const WeightingOptions& weighting, Frame& frame,
-                           const std::vector<TemporaryPoint>& temporary = {});
+FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
+                                const WeightingOptions& weighting, Frame& frame,
+                                const std::vector<TemporaryPoint>& temporary = {});
 
 }  // namespace rover

@@ -31,6 +31,7 @@ void InertialTrackingOptions::check() const {
           "inertial: the standard deviations of a keyframe's state must be positive");
   require(max_dead_reckoning >= 0, "inertial.max_dead_reckoning is {}; use 0 s or more",
           max_dead_reckoning);
+  require(min_inliers >= 4, "inertial.min_inliers is {}; use 4 or more", min_inliers);
   require(max_interval > 0, "inertial.max_interval is {}; use a positive number", max_interval);
 }
 

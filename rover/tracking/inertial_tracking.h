@@ -14,11 +14,12 @@ struct InertialTrackingOptions {
   ImuNoiseOptions noise;
   InertialPoseOptions pose;
   // How well the state of a keyframe is known that mapping has adjusted, given the map.
-  double position_sigma = 0.003;  // m
-  double rotation_sigma = 0.001;  // rad
-  double velocity_sigma = 0.02;   // m/s
-  double gyroscope_bias_sigma = 0.001;    // rad/s
+  double position_sigma = 0.003;           // m
+  double rotation_sigma = 0.001;           // rad
+  double velocity_sigma = 0.02;            // m/s
+  double gyroscope_bias_sigma = 0.001;     // rad/s
   double accelerometer_bias_sigma = 0.02;  // m/s^2
+  int min_inliers = 10;           // with a state, so few landmarks in the local map confirm a pose
   double max_dead_reckoning = 5;  // s without vision that inertial data bridge
   double max_interval = 60;       // s between keyframes over which motion is integrated at all
 
@@ -77,7 +78,7 @@ class InertialTracking {
   InertialState keyframe_state_;
   int epoch_ = -1;
   MapId map_;
-  ImuBias bias_;  // of the newest keyframe
+  ImuBias bias_;                                  // of the newest keyframe
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;
 };

@@ -67,6 +67,7 @@ class Tracker {
   bool locate(const Map& map, const FeatureGrid& grid, Frame& frame);
   void rebase(const Map& map);
   SE3 predict(Timestamp time);
+  int needed_inliers() const;
   Eigen::Quaterniond predict_rotation(Timestamp time, const Eigen::Quaterniond& otherwise) const;
   FramePose solve_pose(const Map& map, Frame& frame,
                        const std::vector<TemporaryPoint>& temporary = {});

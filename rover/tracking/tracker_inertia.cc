@@ -15,7 +15,13 @@ FramePose Tracker::solve_pose(const Map& map, Frame& frame,
   const auto solve = [&](const SE3&, std::span<const PoseObservation> observations) {
     return inertial_->estimate(map.rig(), observations);
   };
-  return solve_frame_pose(map, solve, options_.weighting, frame, temporary);
+  return solve_frame_pose_with(solve, map, options_.weighting, frame, temporary);
+}
+
+// In the local map, for a pose to be believed.
+int Tracker::needed_inliers() const {
+  const bool predicted = inertial_ && inertial_->has_prediction();
+  return predicted ? options_.inertial.min_inliers : options_.min_inliers;
 }
 
 // Before a map is aligned the gyroscope alone helps.

@@ -80,7 +80,7 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
     temporary.push_back({last_->world_from_body * stereo->point.cast<double>(), match.b});
   }
   const FramePose solved = solve_pose(map, frame, temporary);
-  return solved.estimate.converged && solved.landmarks + solved.temporary >= options_.min_inliers;
+  return solved.estimate.converged && solved.landmarks + solved.temporary >= needed_inliers();
 }
 
 bool Tracker::match_to_reference(const Map& map, Frame& frame) {
@@ -119,7 +119,7 @@ bool Tracker::track_local_map(const Map& map, const FeatureGrid& grid, Frame& fr
   }
   result.inliers = solved.landmarks;
   result.covariance = solved.estimate.covariance;
-  if (!solved.estimate.converged || solved.landmarks < options_.min_inliers) return false;
+  if (!solved.estimate.converged || solved.landmarks < needed_inliers()) return false;
   reference_ = local.reference;
   for (const LandmarkId id : sought) ++sightings_[id].first;
   for (const LandmarkId id : frame.landmarks()) ++sightings_[id].second;

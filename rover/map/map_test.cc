@@ -16,8 +16,9 @@ double worst_reprojection(const Map& map) {
   for (const Landmark& landmark : map.landmarks()) {
     for (const auto& [keyframe, feature] : landmark.observations) {
       const Frame& frame = map.at(keyframe).frame;
+      const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
       const auto pixel =
-          map.rig().cameras[0].project(frame.world_from_body.inverse() * landmark.position);
+          map.rig().cameras[0].project(world_from_camera.inverse() * landmark.position);
       worst = std::max(worst, (*pixel - frame[feature].pixel.cast<double>()).norm());
     }
   }

@@ -57,7 +57,8 @@ std::unique_ptr<Dataset> open_input(const RunOptions& options, Mode mode) {
   dataset.path = options.dataset;
   dataset.format = parse_dataset_format(options.format);
   if (!options.calibration.empty()) dataset.calibration = options.calibration;
-  dataset.stereo = mode == Mode::kStereo;
+  dataset.stereo = is_stereo(mode);
+  dataset.inertial = is_inertial(mode);
   dataset.frame_rate = options.frame_rate;
   return open_dataset(dataset);
 }
@@ -170,6 +171,7 @@ class Run {
   }
 
   void offer(const SensorFrame& frame, bool admitted, RunRecorder& recorder, Progress& progress) {
+    for (const ImuSample& sample : frame.imu) system_.add_imu(sample);
     if (!frame.usable()) {
       warn(frame);
       recorder.add_unusable(frame.index, frame.time, "skipped");
@@ -203,7 +205,8 @@ void run(const RunOptions& options) {
   const auto dataset = open_input(options, mode);
   const fs::path output = prepare_output(options.output);
   for (const std::string& note : dataset->notes()) std::cerr << "note: " << note << '\n';
-  System system(config, rebase_to_camera0(dataset->rig()), mode, read_mask(options.mask));
+  const Rig rig = is_inertial(mode) ? dataset->rig() : rebase_to_camera0(dataset->rig());
+  System system(config, rig, mode, read_mask(options.mask), dataset->imu_calibration());
   RunRecorder recorder;
   RunFacts facts = Run(options, mode, *dataset, system).execute(recorder);
   require(facts.frames_offered > 0, "{}: holds no frame; check the dataset", options.dataset);
@@ -220,7 +223,8 @@ void add_run(CLI::App& program) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = program.add_subcommand("run", "Run SLAM on a dataset");
   command->add_option("--dataset", options->dataset, "Folder or video")->required();
-  command->add_option("--mode", options->mode, "mono or stereo")->required();
+  command->add_option("--mode", options->mode, "mono, stereo, mono-inertial or stereo-inertial")
+      ->required();
   command->add_option("--output", options->output, "Folder for the results")->required();
   command->add_option("--format", options->format, "auto, euroc, tum, kitti, folder or video");
   command->add_option("--config", options->config, "YAML file; see docs/configuration.md");

@@ -31,11 +31,18 @@ void RunRecorder::add(std::int64_t index, const TrackingResult& result, double t
                      pose.reference.value, result.features, result.matches, result.inliers,
                      total_ms, rss_mb_});
   times_.emplace_back(index, result.times);
-  if (result.state != TrackingState::kOk) return;
-  odometry_from_body_ = odometry_from_body_ * result.last_from_body;
+  if (!result.placed() || !result.metric) return;
+  if (odometry_.empty() && result.inertial) {
+    odometry_from_body_ = result.world_from_body;  // upright
+  } else {
+    odometry_from_body_ = odometry_from_body_ * result.last_from_body;
+  }
   causal_.push_back({pose.time, result.world_from_body});
   odometry_.push_back({pose.time, odometry_from_body_});
   covariances_.emplace_back(pose.time, result.covariance);
+  if (result.inertial) {
+    states_.push_back({pose.time, *result.inertial, result.inertial_covariance});
+  }
 }
 
 void RunRecorder::add_unusable(std::int64_t index, Timestamp time, const std::string& state) {
@@ -72,6 +79,7 @@ void RunRecorder::write(const std::filesystem::path& folder) const {
   write_file_atomically(folder / "frames.csv", frames_csv());
   write_file_atomically(folder / "timing.csv", timing_csv());
   write_file_atomically(folder / "covariance.csv", covariance_csv());
+  if (!states_.empty()) write_file_atomically(folder / "states.csv", states_csv(states_));
   samples_.write(folder);
 }
 

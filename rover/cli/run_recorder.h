@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rover/cli/sample_frames.h"
+#include "rover/cli/states_csv.h"
 #include "rover/datasets/trajectory.h"
 #include "rover/slam/system.h"
 
@@ -42,8 +43,8 @@ class RunRecorder {
   int count(const std::string& state) const;
   int lost_events() const;
 
-  // trajectory_causal.txt, trajectory_odometry.txt, frames.csv, timing.csv, covariance.csv, and
-  // samples/.
+  // trajectory_causal.txt, trajectory_odometry.txt, frames.csv, timing.csv, covariance.csv,
+  // samples/ and, in inertial modes, states.csv.
   void write(const std::filesystem::path& folder) const;
 
   // Stage name -> all its times in ms.
@@ -58,6 +59,7 @@ class RunRecorder {
   std::vector<std::pair<std::int64_t, StageTimes>> times_;
   std::vector<MappingRecord> mapping_;
   std::vector<std::pair<Timestamp, Matrix6d>> covariances_;
+  std::vector<StateRecord> states_;
   Trajectory causal_;
   Trajectory odometry_;
   SE3 odometry_from_body_;

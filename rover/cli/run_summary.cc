@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rover/base/quantile.h"
+#include "rover/cli/inertial_summary.h"
 #include "rover/cli/map_ply.h"
 #include "rover/datasets/atomic_file.h"
 
@@ -86,7 +87,7 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
   Json json;
   json["dataset"] = facts.dataset.string();
   json["mode"] = to_string(facts.mode);
-  json["pose_frame"] = "cam0";
+  json["pose_frame"] = is_inertial(facts.mode) ? "body" : "cam0";
   json["frames"] = facts.frames_offered;
   json["frames_tracked"] = recorder.count("ok");
   json["frames_skipped"] = recorder.count("skipped");
@@ -95,6 +96,7 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
   json.update(describe_map(system));
   json["lost_events"] = recorder.lost_events();
   json["loops_closed"] = 0;
+  if (is_inertial(facts.mode)) json["inertial"] = describe_inertia(system, recorder);
   json["stages"] = stage_table(recorder);
   json["frame_ms"] = {{"median", quantile(times, 0.5)},
                       {"p95", quantile(times, 0.95)},
@@ -125,6 +127,7 @@ std::string for_people(const Json& json, const std::filesystem::path& folder) {
   text += fmt::format("map          {} keyframes, {} landmarks; {} map(s), lost {} time(s)\n",
                       json["keyframes"].get<int>(), json["landmarks"].get<int>(),
                       json["maps"].get<int>(), json["lost_events"].get<int>());
+  if (json.contains("inertial")) text += inertia_for_people(json["inertial"]);
   const auto& ms = json["frame_ms"];
   text += fmt::format("frame time   median {:.1f} ms, 95% {:.1f} ms, longest {:.1f} ms\n",
                       ms["median"].get<double>(), ms["p95"].get<double>(), ms["max"].get<double>());

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "rover/cli/program.h"
+#include "rover/cli/finished_run.h"
 #include "rover/datasets/dataset.h"
 #include "rover/datasets/test_sequences.h"
 #include "rover/evaluation/judgement.h"
@@ -18,102 +18,9 @@
 namespace rover {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-constexpr const char* kClip = "euroc/V1_01_clip";
-constexpr const char* kDesk = "tum_rgbd/freiburg1_xyz";
-constexpr const char* kStreet = "kitti/00_first201";
-
-struct Outcome {
-  int status = 0;
-  std::string err;
-};
-
-using Arguments = std::vector<std::string>;
-
-Outcome call(const Arguments& arguments) {
-  std::vector<const char*> argv = {"rover", "run"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.status = run_program(static_cast<int>(argv.size()), argv.data());
-  outcome.err = testing::internal::GetCapturedStderr();
-  testing::internal::GetCapturedStdout();
-  return outcome;
-}
-
-bool have_models() {
-  const auto folders = model_folders();
-  return std::any_of(folders.begin(), folders.end(), [](const fs::path& folder) {
-    return fs::exists(folder / "lighterglue.json");
-  });
-}
-
-// Nothing if a test on a sequence can run, else why not.
-std::string missing(const std::string& sequence) {
-  const fs::path folder = shared_folder() / "data" / sequence;
-  if (!fs::exists(folder)) return folder.string() + " is not here";
-  return have_models() ? "" : "the models are not here; the set-up makes them";
-}
-
-#define SKIP_UNLESS_PRESENT(sequence) \
-  if (const auto reason = missing(sequence); !reason.empty()) GTEST_SKIP() << reason
-
-// A run on one dataset into a folder of its own.
-class FinishedRun {
- public:
-  FinishedRun(fs::path dataset, const std::string& mode, const Arguments& more = {})
-      : dataset_(std::move(dataset)) {
-    Arguments arguments = {"--dataset", dataset_.string(), "--mode",
-                           mode,        "--output",        output().string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    outcome_ = call(arguments);
-    EXPECT_EQ(outcome_.status, 0) << outcome_.err;
-  }
-
-  const Outcome& outcome() const { return outcome_; }
-  fs::path output() const { return folder_ / "run"; }
-  std::string read(const std::string& name) const { return folder_.read("run/" + name); }
-  nlohmann::json summary() const { return nlohmann::json::parse(read("summary.json")); }
-
-  // The state of each frame, from frames.csv.
-  std::vector<std::string> states() const {
-    std::istringstream lines(read("frames.csv"));
-    std::string line, index, time, state;
-    std::vector<std::string> states;
-    std::getline(lines, line);
-    while (std::getline(lines, line)) {
-      std::istringstream fields(line);
-      std::getline(fields, index, ',');
-      std::getline(fields, time, ',');
-      std::getline(fields, state, ',');
-      states.push_back(state);
-    }
-    return states;
-  }
-
-  Judgement judge_file(const std::string& name) const {
-    DatasetOptions options;
-    options.path = dataset_;
-    const auto dataset = open_dataset(options);
-    const auto truth = move_frame(dataset->ground_truth(), dataset->rig().body_from_camera[0]);
-    return judge(name, read_tum_trajectory(output() / name), truth, 0.02,
-                 read_run_folder(output()).offered);
-  }
-
- private:
-  fs::path dataset_;
-  TestFolder folder_;
-  Outcome outcome_;
-};
-
-fs::path sequence_folder(const std::string& sequence) {
-  return shared_folder() / "data" / sequence;
-}
 
 void expect_contract(const FinishedRun& run) {
   for (const char* name :
@@ -250,40 +157,6 @@ TEST(Run, FinishesInRealTime) {
   EXPECT_EQ(std::count(states.begin(), states.end(), "dropped"),
             summary["dropped_frames"].get<int>());
 }
-
-// A piece of the flight as a dataset of its own, whose images may be replaced.
-class FlightPiece {
- public:
-  explicit FlightPiece(std::size_t frames) {
-    const fs::path source = sequence_folder(kClip) / "mav0" / "cam0";
-    fs::create_directories(folder_ / "mav0/cam0/data");
-    fs::copy(source / "sensor.yaml", folder_ / "mav0/cam0/sensor.yaml");
-    std::vector<fs::path> images;
-    for (const auto& entry : fs::directory_iterator(source / "data")) images.push_back(entry);
-    std::sort(images.begin(), images.end());
-    images.resize(std::min(frames, images.size()));
-    std::string list = "#timestamp [ns],filename\n";
-    for (const fs::path& image : images) {
-      names_.push_back("mav0/cam0/data/" + image.filename().string());
-      fs::copy(image, folder_ / names_.back());
-      list += image.stem().string() + "," + image.filename().string() + "\n";
-    }
-    folder_.write("mav0/cam0/data.csv", list);
-  }
-
-  const fs::path& path() const { return folder_.path(); }
-  void blacken(std::size_t index) const {
-    cv::imwrite((folder_ / names_[index]).string(), cv::Mat(480, 752, CV_8UC1, cv::Scalar(0)));
-  }
-  void shrink(std::size_t index) const { folder_.write_image(names_[index], 320, 240); }
-  void truncate(std::size_t index, std::size_t bytes) const {
-    folder_.write(names_[index], folder_.read(names_[index]).substr(0, bytes));
-  }
-
- private:
-  TestFolder folder_;
-  std::vector<std::string> names_;
-};
 
 TEST(Run, FindsItsWayBackAfterDarkness) {
   SKIP_UNLESS_PRESENT(kClip);

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "rover/imu/preintegration.h"
 #include "rover/map/frame.h"
 
 namespace rover {
@@ -12,9 +14,16 @@ struct Keyframe {
   KeyframeId parent;  // in the spanning tree: most landmarks in common when it was made; invalid
                       // for the first keyframe of a map
   std::vector<KeyframeId> children;  // ascending
+  KeyframeId previous, next;         // in time, of the same map; invalid at its ends
   Frame frame;
 
+  // Inertial modes only.
+  std::shared_ptr<const Preintegration> motion;        // since `previous`; null where unknown
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, world; once the map is aligned
+  ImuBias bias;
+
   const SE3& world_from_body() const { return frame.world_from_body; }
+  InertialState state() const { return {frame.world_from_body, velocity, bias}; }
 };
 
 }  // namespace rover

@@ -66,6 +66,8 @@ KeyframeId Map::add_keyframe(Frame frame) {
   }
   keyframe.frame = std::move(frame);
   if (keyframe.parent.valid()) keyframes_.edit(keyframe.parent).children.push_back(keyframe.id);
+  keyframe.previous = newest_;
+  if (newest_.valid()) keyframes_.edit(newest_).next = keyframe.id;
   newest_ = keyframe.id;
   keyframes_.insert(keyframe.id, std::move(keyframe));
   for (const auto& [landmark, feature] : joins) observe(landmark, newest_, feature);
@@ -146,8 +148,22 @@ void Map::retire(KeyframeId id) {
   std::sort(parent.children.begin(), parent.children.end());
   retired_.insert(
       id, {id, keyframe.parent, parent.world_from_body().inverse() * keyframe.world_from_body()});
+  bridge(keyframe);
   keyframes_.erase(id);
-  if (newest_ == id) newest_ = keyframe.parent;
+  if (newest_ == id) newest_ = keyframe.previous;
+}
+
+void Map::bridge(const Keyframe& gone) {
+  if (gone.previous.valid()) keyframes_.edit(gone.previous).next = gone.next;
+  if (!gone.next.valid()) return;
+  Keyframe& next = keyframes_.edit(gone.next);
+  next.previous = gone.previous;
+  if (gone.motion && next.motion) {
+    next.motion =
+        std::make_shared<const Preintegration>(Preintegration::merged(*gone.motion, *next.motion));
+  } else {
+    next.motion.reset();
+  }
 }
 
 void Map::set_pose(KeyframeId keyframe, const SE3& world_from_body) {
@@ -178,26 +194,57 @@ void Map::release_image(KeyframeId keyframe) {
   if (find(keyframe)) keyframes_.edit(keyframe).frame.image.release();
 }
 
+void Map::set_motion(KeyframeId keyframe, std::shared_ptr<const Preintegration> motion) {
+  if (find(keyframe)) keyframes_.edit(keyframe).motion = std::move(motion);
+}
+
+void Map::set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, const ImuBias& bias) {
+  if (!find(keyframe)) return;
+  Keyframe& edited = keyframes_.edit(keyframe);
+  edited.velocity = velocity;
+  edited.bias = bias;
+}
+
+SE3 Map::rescale_relative(const SE3& a_from_b, double then) const {
+  return rescaled(a_from_b, scale_ / then);
+}
+
+// Distances between cameras scale, those between a camera and the body do not.
+SE3 Map::rescaled(const SE3& a_from_b, double factor) const {
+  if (factor == 1) return a_from_b;
+  const SE3& body_from_camera = rig_->body_from_camera[0];
+  SE3 cameras = body_from_camera.inverse() * a_from_b * body_from_camera;
+  cameras.translation *= factor;
+  return body_from_camera * cameras * body_from_camera.inverse();
+}
+
 void Map::transform(const Sim3& new_world_from_world) {
-  const auto moved = [&](const SE3& pose) {
-    return SE3((new_world_from_world.rotation * pose.rotation).normalized(),
-               new_world_from_world * pose.translation);
-  };
+  const SE3& body_from_camera = rig_->body_from_camera[0];
+  const SE3 camera_from_body = body_from_camera.inverse();
   std::vector<KeyframeId> keyframes;
   for (const Keyframe& keyframe : keyframes_) keyframes.push_back(keyframe.id);
-  for (const KeyframeId id : keyframes) set_pose(id, moved(at(id).world_from_body()));
+  for (const KeyframeId id : keyframes) {
+    Keyframe& keyframe = keyframes_.edit(id);
+    keyframe.frame.world_from_body =
+        move_pose(new_world_from_world, keyframe.world_from_body() * body_from_camera) *
+        camera_from_body;
+    keyframe.velocity =
+        new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
+  }
   std::vector<LandmarkId> landmarks;
   for (const Landmark& landmark : landmarks_) landmarks.push_back(landmark.id);
   for (const LandmarkId id : landmarks) {
     Landmark& landmark = landmarks_.edit(id);
     landmark.position = new_world_from_world * landmark.position;
-    landmark.world_from_reference = moved(landmark.world_from_reference);
+    landmark.world_from_reference = move_pose(new_world_from_world, landmark.world_from_reference);
   }
   std::vector<KeyframeId> retired;
   for (const RetiredKeyframe& keyframe : retired_) retired.push_back(keyframe.id);
   for (const KeyframeId id : retired) {
-    retired_.edit(id).parent_from_body.translation *= new_world_from_world.scale;
+    RetiredKeyframe& keyframe = retired_.edit(id);
+    keyframe.parent_from_body = rescaled(keyframe.parent_from_body, new_world_from_world.scale);
   }
+  scale_ *= new_world_from_world.scale;
   ++epoch_;
 }
 

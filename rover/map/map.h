@@ -34,6 +34,15 @@ struct RetiredKeyframe {
   SE3 parent_from_body;
 };
 
+// What inertial data have made of a map.
+struct InertialStatus {
+  bool aligned = false;       // gravity, velocities and biases are known, and the scale is metric
+  Timestamp begin = 0;        // of the keyframe at which it was aligned
+  Timestamp refined = 0;      // of the keyframe at which the whole map was last adjusted
+  int refinements = 0;        // adjustments of the whole map since it was aligned
+  double scale_sigma = 0;     // relative, posterior standard deviation
+};
+
 // A keyframe and the number of landmarks it shares with another.
 struct Covisibility {
   KeyframeId keyframe;
@@ -82,7 +91,8 @@ class Map {
   void remove(LandmarkId landmark);
 
   // Culls a keyframe: its children go to its parent, and the parent stands in for it in
-  // trajectories. The first keyframe of a map stays.
+  // trajectories; its neighbours in time become each other's, with the motions of both intervals as
+  // one. The first keyframe of a map stays.
   void retire(KeyframeId keyframe);
 
   void set_pose(KeyframeId keyframe, const SE3& world_from_body);
@@ -91,8 +101,22 @@ class Map {
   void count_sighting(LandmarkId landmark, int visible, int found);
   void release_image(KeyframeId keyframe);
 
-  // Moves everything by new_world_from_world and raises the epoch.
+  // Moves everything by new_world_from_world and raises the epoch. Cameras move (body frames follow
+  // them rigidly: extrinsics stay metric), velocities turn and scale with them.
   void transform(const Sim3& new_world_from_world);
+
+  // The present unit of length in units that the map began with: poses relative to keyframes that
+  // were kept outside the map have to be scaled as it changes (see rescale_relative).
+  double scale() const { return scale_; }
+  // A pose relative to another one, kept when the scale was `then`, at today's scale.
+  SE3 rescale_relative(const SE3& a_from_b, double then) const;
+
+  const InertialStatus& inertial() const { return inertial_; }
+  void set_inertial(const InertialStatus& status) { inertial_ = status; }
+  void set_motion(KeyframeId keyframe, std::shared_ptr<const Preintegration> motion);
+  void set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, const ImuBias& bias);
+  // For adjustments that may move the whole map at once.
+  void raise_epoch() { ++epoch_; }
 
   // Keyframes that share landmarks with one (or with a set of landmarks), most first, then by id.
   std::vector<Covisibility> covisible(KeyframeId keyframe, int min_shared = 1) const;
@@ -114,11 +138,15 @@ class Map {
 
  private:
   KeyframeId choose_parent(const Frame& frame) const;
+  void bridge(const Keyframe& gone);
+  SE3 rescaled(const SE3& a_from_b, double factor) const;
 
   MapId id_;
   std::shared_ptr<const Rig> rig_;
   std::shared_ptr<IdSource> ids_;
   int epoch_ = 0;
+  double scale_ = 1;
+  InertialStatus inertial_;
   KeyframeId newest_;
   CowTable<KeyframeId, Keyframe> keyframes_;
   CowTable<LandmarkId, Landmark> landmarks_;

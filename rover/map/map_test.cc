@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rover/geometry/random_geometry.h"
 #include "rover/map/shared_map.h"
 #include "rover/map/test_map.h"
 
@@ -15,8 +16,9 @@ double worst_reprojection(const Map& map) {
   for (const Landmark& landmark : map.landmarks()) {
     for (const auto& [keyframe, feature] : landmark.observations) {
       const Frame& frame = map.at(keyframe).frame;
+      const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
       const auto pixel =
-          map.rig().cameras[0].project(frame.world_from_body.inverse() * landmark.position);
+          map.rig().cameras[0].project(world_from_camera.inverse() * landmark.position);
       worst = std::max(worst, (*pixel - frame[feature].pixel.cast<double>()).norm());
     }
   }
@@ -106,6 +108,63 @@ TEST(Map, AChangeOfGaugeLeavesReprojectionsAlone) {
     EXPECT_EQ(map.epoch(), 1);
     EXPECT_LT((map.world_from_any({2}).translation - gauge * retired.translation).norm(), 1e-9);
   }
+}
+
+// Inertial samples of a body at rest from one keyframe to the next, at 200 Hz.
+std::shared_ptr<const Preintegration> still_motion(const Map& map, KeyframeId from, KeyframeId to) {
+  std::vector<ImuSample> samples;
+  const Timestamp end = map.at(to).frame.time;
+  for (Timestamp t = map.at(from).frame.time; t <= end; t += kNanosecondsPerSecond / 200) {
+    samples.push_back({t, Eigen::Vector3d::Zero(), {0, 0, kGravity}});
+  }
+  const ImuNoise noise = ImuNoise::of({1.7e-4, 1.9e-5, 2e-3, 3e-3, 200}, {});
+  return std::make_shared<const Preintegration>(std::move(samples), ImuBias{}, noise);
+}
+
+TEST(Map, LinksKeyframesInTimeAndMergesMotions) {
+  Map map = test_map(4, 20);
+  for (const int k : {1, 2, 3}) map.set_motion({k}, still_motion(map, {k - 1}, {k}));
+  EXPECT_FALSE(map.at(KeyframeId{0}).previous.valid());
+  EXPECT_EQ(map.at(KeyframeId{0}).next, KeyframeId{1});
+  EXPECT_EQ(map.at(KeyframeId{3}).previous, KeyframeId{2});
+  map.retire({2});
+  EXPECT_EQ(map.at(KeyframeId{1}).next, KeyframeId{3});
+  const Keyframe& last = map.at(KeyframeId{3});
+  EXPECT_EQ(last.previous, KeyframeId{1});
+  ASSERT_TRUE(last.motion);
+  EXPECT_EQ(last.motion->begin(), map.at(KeyframeId{1}).frame.time);
+  EXPECT_EQ(last.motion->end(), last.frame.time);
+  map.set_motion({1}, nullptr);
+  map.retire({1});
+  EXPECT_FALSE(map.at(KeyframeId{3}).motion);  // half of it is not known
+  EXPECT_EQ(map.at(KeyframeId{3}).previous, KeyframeId{0});
+}
+
+// The extrinsics are metric whatever the map's scale is, so cameras move, and bodies with them.
+TEST(Map, GaugeChangesKeepExtrinsicsAndTurnVelocities) {
+  Random random(5);
+  Rig rig = test_rig();
+  rig.body_from_camera[0] = random_pose(random, 0.3);
+  Map map({0}, std::make_shared<const Rig>(rig), std::make_shared<IdSource>());
+  const auto points = test_points(20, 3);
+  for (int k = 0; k < 2; ++k) {
+    const SE3 camera(so3_exp({0, 0.02 * k, 0}), Eigen::Vector3d(0.2 * k, 0, 0));
+    map.add_keyframe(test_frame(map.rig(), points, camera * rig.body_from_camera[0].inverse(), k));
+  }
+  for (int i = 0; i < 20; ++i) map.add_landmark(points[static_cast<std::size_t>(i)], {0}, i);
+  for (int i = 0; i < 20; ++i) map.observe({i}, {1}, i);
+  const Eigen::Vector3d velocity(1, -2, 0.5);
+  map.set_velocity({1}, velocity, {});
+  const SE3 relative =
+      map.at(KeyframeId{0}).world_from_body().inverse() * map.at(KeyframeId{1}).world_from_body();
+  const Sim3 gauge(3, so3_exp({0.4, -1, 0.2}), {5, 6, 7});
+  map.transform(gauge);
+  EXPECT_LT(worst_reprojection(map), 2e-3);
+  EXPECT_DOUBLE_EQ(map.scale(), 3);
+  EXPECT_LT((map.at(KeyframeId{1}).velocity - 3 * (gauge.rotation * velocity)).norm(), 1e-12);
+  const SE3 moved =
+      map.at(KeyframeId{0}).world_from_body().inverse() * map.at(KeyframeId{1}).world_from_body();
+  EXPECT_LT(se3_minus(map.rescale_relative(relative, 1), moved).norm(), 1e-9);
 }
 
 TEST(Map, StereoPartnersSupportALandmarkSeenOnce) {

@@ -1,11 +1,35 @@
 #include "rover/mapping/keyframe_culling.h"
 
+#include "rover/base/error.h"
+
 namespace rover {
 namespace {
 
 constexpr std::size_t kEnoughOthers = 3;
 
+bool is_recent(const Map& map, KeyframeId candidate, KeyframeId newest, int window) {
+  KeyframeId id = newest;
+  for (int i = 0; i < window && id.valid(); ++i, id = map.at(id).previous) {
+    if (id == candidate) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+void CullingGaps::check() const {
+  require(recent > 0 && old >= recent, "mapping.recent_gap must be positive and at most old_gap");
+}
+
+bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const CullingGaps& gaps) {
+  const Keyframe& keyframe = map.at(candidate);
+  if (!keyframe.previous.valid() || !keyframe.next.valid()) return true;
+  const double gap = seconds_between(map.at(keyframe.previous).frame.time,
+                                     map.at(keyframe.next).frame.time);
+  const bool recent =
+      !map.inertial().aligned || is_recent(map, candidate, newest, gaps.window);
+  return gap > (recent ? gaps.recent : gaps.old);
+}
 
 bool is_redundant(const Map& map, KeyframeId candidate, KeyframeId newest, double share) {
   const Keyframe& keyframe = map.at(candidate);

@@ -9,4 +9,18 @@ namespace rover {
 // made just now never are. `newest`: the keyframe being mapped.
 bool is_redundant(const Map& map, KeyframeId candidate, KeyframeId newest, double share);
 
+// How far apart in time culling may leave keyframes, s: inertial data say less the longer they are
+// integrated.
+struct CullingGaps {
+  double recent = 0.5;  // between keyframes of the last `window` in time
+  double old = 3;       // between others
+  int window = 15;
+
+  void check() const;
+};
+
+// Whether culling a keyframe would leave too long a gap in time. `newest`: the keyframe being
+// mapped. Before a map is aligned, all its keyframes count as recent.
+bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const CullingGaps& gaps);
+
 }  // namespace rover

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "rover/base/error.h"
-#include "rover/mapping/keyframe_culling.h"
 #include "rover/mapping/reprojection_check.h"
 
 namespace rover {
@@ -12,6 +11,8 @@ namespace rover {
 void LocalMapperOptions::check() const {
   creation.check();
   adjustment.check();
+  gaps.check();
+  inertial.check();
   require(window > 1 && max_fixed >= 0,
           "mapping.window must be above 1 and max_fixed not negative");
   require(redundant_share > 0 && redundant_share <= 1,
@@ -20,7 +21,7 @@ void LocalMapperOptions::check() const {
 }
 
 LocalMapper::LocalMapper(const FeatureFamily& family, const LocalMapperOptions& options)
-    : family_(family), options_(options) {
+    : family_(family), options_(options), inertial_(options.inertial, options.creation.weighting) {
   options_.check();
 }
 
@@ -35,8 +36,12 @@ MappingReport LocalMapper::process(SharedMap& map, KeyframeId keyframe,
   timer.done("triangulate");
   map.commit([&](Map& m) { report.fused = fuse_duplicates(m, keyframe); });
   timer.done("fuse");
-  adjust_window(map, keyframe, hurry);
+  report.inertial = adjust(map, keyframe, hurry);
   timer.done("local_adjustment");
+  if (options_.is_inertial && report.inertial.event == InertialEvent::kNone) {
+    report.inertial = inertial_.advance(map, keyframe);
+    timer.done("inertial");
+  }
   map.commit([&](Map& m) {
     report.culled_keyframes = cull_keyframes(m, keyframe);
     release_old_images(m, keyframe);
@@ -95,8 +100,19 @@ TriangulationCounts LocalMapper::triangulate(SharedMap& shared, KeyframeId keyfr
   return total;
 }
 
+InertialReport LocalMapper::adjust(SharedMap& map, KeyframeId keyframe,
+                                   const std::function<bool()>& hurry) {
+  BundleOptions options = options_.adjustment;
+  options.should_stop = hurry;
+  if (map.view()->inertial().aligned) {
+    return inertial_.adjust_window(map, keyframe, options_.max_fixed, options);
+  }
+  adjust_window(map, keyframe, options);
+  return {};
+}
+
 void LocalMapper::adjust_window(SharedMap& shared, KeyframeId keyframe,
-                                const std::function<bool()>& hurry) const {
+                                const BundleOptions& options) const {
   const auto view = shared.view();
   std::vector<KeyframeId> free{keyframe};
   for (const auto& neighbour : view->covisible(keyframe)) {
@@ -105,9 +121,7 @@ void LocalMapper::adjust_window(SharedMap& shared, KeyframeId keyframe,
   }
   if (view->keyframes().size() < 2) return;
   MapProblem problem = gather_problem(*view, free, options_.max_fixed, options_.creation.weighting);
-  BundleOptions options = options_.adjustment;
-  options.should_stop = hurry;
-  const BundleSummary summary = adjust(problem, options);
+  const BundleSummary summary = rover::adjust(problem, options);
   shared.commit([&](Map& map) { commit_adjustment(map, problem, summary); });
 }
 
@@ -115,6 +129,9 @@ int LocalMapper::cull_keyframes(Map& map, KeyframeId keyframe) const {
   int culled = 0;
   for (const auto& neighbour : map.covisible(keyframe)) {
     if (!is_redundant(map, neighbour.keyframe, keyframe, options_.redundant_share)) continue;
+    if (options_.is_inertial && leaves_gap(map, neighbour.keyframe, keyframe, options_.gaps)) {
+      continue;
+    }
     map.retire(neighbour.keyframe);
     ++culled;
   }

@@ -6,6 +6,8 @@
 
 #include "rover/base/stage_times.h"
 #include "rover/map/shared_map.h"
+#include "rover/mapping/inertial_mapper.h"
+#include "rover/mapping/keyframe_culling.h"
 #include "rover/mapping/triangulator.h"
 #include "rover/matching/feature_family.h"
 #include "rover/optimization/map_adjustment.h"
@@ -24,6 +26,9 @@ struct LocalMapperOptions {
   int probation = 3;              // ... so many keyframes after it was made
   double redundant_share = 0.9;   // of a keyframe's landmarks seen by three others: culled
   int kept_images = 20;           // newest keyframes whose images are kept for refinement
+  CullingGaps gaps;               // inertial modes
+  bool is_inertial = false;
+  InertialMapperOptions inertial;
 
   void check() const;
 };
@@ -34,6 +39,7 @@ struct MappingReport {
   int culled_landmarks = 0;
   int culled_keyframes = 0;
   int fused = 0;
+  InertialReport inertial;
   StageTimes times;
 };
 
@@ -59,12 +65,14 @@ class LocalMapper {
                                   const std::function<bool()>& hurry);
   int fuse_duplicates(Map& map, KeyframeId keyframe) const;
   int fuse_into(Map& map, KeyframeId target, const std::vector<LandmarkId>& landmarks) const;
-  void adjust_window(SharedMap& map, KeyframeId keyframe, const std::function<bool()>& hurry) const;
+  InertialReport adjust(SharedMap& map, KeyframeId keyframe, const std::function<bool()>& hurry);
+  void adjust_window(SharedMap& map, KeyframeId keyframe, const BundleOptions& options) const;
   int cull_keyframes(Map& map, KeyframeId keyframe) const;
   void release_old_images(Map& map, KeyframeId keyframe);
 
   FeatureFamily family_;
   LocalMapperOptions options_;
+  InertialMapper inertial_;
   int turn_ = 0;
   std::deque<Probation> probation_;
   std::deque<KeyframeId> with_image_;

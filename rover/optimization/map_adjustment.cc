@@ -137,13 +137,16 @@ double effective_sigma(double sigma, const WeightingOptions& weighting) {
 }
 
 MapProblem gather_problem(const Map& map, const std::vector<KeyframeId>& free, int max_fixed,
-                          const WeightingOptions& weighting) {
+                          const WeightingOptions& weighting,
+                          const std::vector<KeyframeId>& border) {
   const std::set<LandmarkId> seen = landmarks_seen(map, free);
   const std::set<KeyframeId> is_free(free.begin(), free.end());
-  std::vector<KeyframeId> fixed;
+  std::vector<KeyframeId> fixed = border;
+  const std::size_t enough = border.size() + static_cast<std::size_t>(max_fixed);
   for (const auto& vote : map.observers({seen.begin(), seen.end()})) {
-    if (static_cast<int>(fixed.size()) == max_fixed) break;
-    if (!is_free.contains(vote.keyframe)) fixed.push_back(vote.keyframe);
+    if (fixed.size() == enough) break;
+    if (is_free.contains(vote.keyframe) || std::ranges::count(border, vote.keyframe) > 0) continue;
+    fixed.push_back(vote.keyframe);
   }
   Gatherer gatherer(map, weighting);
   for (const KeyframeId id : is_free) {

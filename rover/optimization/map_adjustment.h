@@ -31,10 +31,11 @@ struct MapProblem {
 };
 
 // Gathers the `free` keyframes, all landmarks they see and, as fixed ones, at most `max_fixed` of
-// the other keyframes that see these landmarks (those with most of them). With none of these, the
-// oldest free keyframe is fixed instead.
+// the other keyframes that see these landmarks (those with most of them); `border` are fixed
+// besides. With none of these, the oldest free keyframe is fixed instead.
 MapProblem gather_problem(const Map& map, const std::vector<KeyframeId>& free, int max_fixed,
-                          const WeightingOptions& weighting);
+                          const WeightingOptions& weighting,
+                          const std::vector<KeyframeId>& border = {});
 
 // Every keyframe and landmark; the oldest keyframe is fixed.
 MapProblem gather_whole_map(const Map& map, const WeightingOptions& weighting);

@@ -74,6 +74,53 @@ void add_mapping(LocalMapperOptions& m, Fields& fields) {
                                {"mapping.kept_images", &m.kept_images}});
 }
 
+void add_inertial(Config& c, Fields& fields) {
+  InertialTrackingOptions& t = c.tracking.inertial;
+  InertialMapperOptions& m = c.mapping.inertial;
+  InitializationOptions& i = m.initialization;
+  fields.insert(fields.end(),
+                {{"keyframe.max_gap_waiting", &c.tracking.keyframe.max_gap_waiting},
+                 {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
+                 {"keyframe.moving_parallax", &c.tracking.keyframe.moving_parallax},
+                 {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},
+                 {"mapping.recent_gap", &c.mapping.gaps.recent},
+                 {"mapping.old_gap", &c.mapping.gaps.old},
+                 {"imu.gyroscope_inflation", &t.noise.gyroscope_inflation},
+                 {"imu.accelerometer_inflation", &t.noise.accelerometer_inflation},
+                 {"imu.gyroscope_walk_inflation", &t.noise.gyroscope_walk_inflation},
+                 {"imu.accelerometer_walk_inflation", &t.noise.accelerometer_walk_inflation},
+                 {"imu.gap", &t.noise.gap},
+                 {"imu.gap_angular_velocity", &t.noise.gap_angular_velocity},
+                 {"imu.gap_acceleration", &t.noise.gap_acceleration},
+                 {"imu.time_offset", &c.imu_time_offset},
+                 {"inertial.position_sigma", &t.position_sigma},
+                 {"inertial.rotation_sigma", &t.rotation_sigma},
+                 {"inertial.velocity_sigma", &t.velocity_sigma},
+                 {"inertial.gyroscope_bias_sigma", &t.gyroscope_bias_sigma},
+                 {"inertial.accelerometer_bias_sigma", &t.accelerometer_bias_sigma},
+                 {"inertial.min_inliers", &t.min_inliers},
+                 {"inertial.max_dead_reckoning", &t.max_dead_reckoning},
+                 {"inertial.max_interval", &t.max_interval},
+                 {"inertial.window", &m.window},
+                 {"inertial.stereo_window", &m.stereo_window},
+                 {"inertial.min_keyframes", &m.min_keyframes},
+                 {"inertial.max_keyframes", &m.max_keyframes},
+                 {"inertial.max_scale_sigma", &i.max_scale_sigma},
+                 {"inertial.max_gravity_sigma", &i.max_gravity_sigma},
+                 {"inertial.max_chi2_ratio", &i.max_chi2_ratio},
+                 {"inertial.prior_gyroscope_bias", &i.gyroscope_bias_sigma},
+                 {"inertial.prior_accelerometer_bias", &i.accelerometer_bias_sigma},
+                 {"inertial.first_refinement", &m.first_refinement},
+                 {"inertial.refinement_interval", &m.refinement_interval},
+                 {"inertial.max_refined", &m.max_refined},
+                 {"inertial.scale_sigma", &m.scale_sigma},
+                 {"inertial.max_gyroscope_bias", &m.max_gyroscope_bias},
+                 {"inertial.max_accelerometer_bias", &m.max_accelerometer_bias},
+                 {"inertial.max_reprojection_ratio", &m.max_reprojection_ratio},
+                 {"inertial.max_link_chi2", &m.max_link_chi2},
+                 {"inertial.trial_period", &m.trial_period}});
+}
+
 // Every setting by its key. The one list that reading and writing are made from.
 Fields fields_of(Config& c) {
   Fields fields = {{"family", &c.family},
@@ -104,6 +151,7 @@ Fields fields_of(Config& c) {
                    {"final.second_iterations", &c.final_adjustment.second_iterations}};
   add_tracking(c.tracking, fields);
   add_mapping(c.mapping, fields);
+  add_inertial(c, fields);
   return fields;
 }
 
@@ -213,6 +261,7 @@ ExtractorOptions ExtractionConfig::options() const {
 void Config::check() const {
   extraction.check();
   runtime.check();
+  require(std::abs(imu_time_offset) < 1, "imu.time_offset is {}; use -1 to 1 s", imu_time_offset);
   require(mapping_queue > 0, "mapping_queue is {}; use 1 or more", mapping_queue);
   for (const std::string& matcher : {tracking_matcher, mapping_matcher}) {
     require(std::ranges::count(matcher_names(), matcher) > 0,

@@ -42,8 +42,9 @@ struct Config {
   int mapping_queue = 8;                     // keyframes that may wait for mapping (concurrent)
   std::string tracking_matcher = "learned";  // see matcher_names(): of initialisation, tracking
   std::string mapping_matcher = "learned";   // and relocalisation; of mapping
-  WeightingOptions weighting;                // used by all stages
-  PatchRefinementOptions refinement;         // likewise
+  double imu_time_offset = 0;  // s: time of the inertial clock = time of the cameras' + offset
+  WeightingOptions weighting;  // used by all stages
+  PatchRefinementOptions refinement;  // likewise
   ExtractionConfig extraction;
   FrameBuilderOptions frame;
   TrackerOptions tracking;

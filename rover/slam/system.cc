@@ -6,6 +6,7 @@
 #include "rover/base/error.h"
 #include "rover/base/priority_gate.h"
 #include "rover/map/atlas.h"
+#include "rover/optimization/inertial_map_adjustment.h"
 #include "rover/slam/mapping_worker.h"
 
 namespace rover {
@@ -13,13 +14,13 @@ namespace {
 
 void check_rig(const Rig& rig, Mode mode) {
   require(rig.size() >= 1, "the rig has no camera");
-  require(mode != Mode::kStereo || rig.size() >= 2,
-          "mode stereo needs two cameras, the rig has {}; use mode mono", rig.size());
+  require(!is_stereo(mode) || rig.size() >= 2,
+          "mode {} needs two cameras, the rig has {}; use mode mono", to_string(mode), rig.size());
 }
 
 Rig cameras_for(const Rig& rig, Mode mode) {
   Rig used = rig;
-  const std::size_t count = mode == Mode::kStereo ? 2 : 1;
+  const std::size_t count = is_stereo(mode) ? 2 : 1;
   used.cameras.erase(used.cameras.begin() + static_cast<std::ptrdiff_t>(count), used.cameras.end());
   used.body_from_camera.resize(count);
   return used;
@@ -46,10 +47,16 @@ void check_image(const cv::Mat& image, const Camera& camera, const char* name) {
 
 class System::Implementation {
  public:
-  Implementation(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask)
+  Implementation(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask,
+                 const std::optional<ImuCalibration>& imu)
       : config_(config), mask_(mask) {
     config_.check();
     check_rig(rig, mode);
+    require(!is_inertial(mode) || imu.has_value(),
+            "mode {} needs the calibration of the inertial sensor; use mode {}", to_string(mode),
+            is_stereo(mode) ? "stereo" : "mono");
+    if (is_inertial(mode)) imu_ = imu;
+    config_.mapping.is_inertial = is_inertial(mode);
     rig_ = std::make_shared<const Rig>(cameras_for(rig, mode));
     runtime_ = std::make_unique<Runtime>(config_.runtime);
     const Config scaled = with_scaled_counts(config_, rig_->cameras[0]);
@@ -65,12 +72,19 @@ class System::Implementation {
     atlas_ = std::make_shared<Atlas>(rig_);
     tracker_ =
         std::make_unique<Tracker>(atlas_, rig_, with_matcher(family_, config_.tracking_matcher),
-                                  config_.tracking, config_.seed);
+                                  config_.tracking, config_.seed, imu_);
     worker_ = std::make_unique<MappingWorker>(LocalMapper(mapping_family(), config_.mapping),
                                               config_.execution, config_.mapping_queue);
     placed_.clear();
     next_frame_ = 0;
     last_time_.reset();
+  }
+
+  // On the clock of the cameras.
+  bool add_imu(ImuSample sample) {
+    if (!imu_) return true;
+    sample.time -= static_cast<Timestamp>(config_.imu_time_offset * kNanosecondsPerSecond);
+    return tracker_->add_imu(sample);
   }
 
   TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
@@ -93,9 +107,11 @@ class System::Implementation {
     if (!largest) return 0;
     Stopwatch watch;
     const auto shared = atlas_->maps()[static_cast<std::size_t>(largest->value)];
-    MapProblem problem = gather_whole_map(*shared->view(), config_.weighting);
-    const BundleSummary summary = adjust(problem, config_.final_adjustment);
-    shared->commit([&](Map& map) { commit_adjustment(map, problem, summary); });
+    if (shared->view()->inertial().aligned) {
+      adjust_with_inertia(*shared);
+    } else {
+      adjust_visually(*shared);
+    }
     return watch.lap_ms();
   }
 
@@ -120,8 +136,9 @@ class System::Implementation {
     std::vector<FinalPose> poses;
     for (const AnchoredPose& pose : placed_) {
       if (pose.map != id) continue;
-      poses.push_back(
-          {pose.frame, pose.time, map->world_from_any(pose.reference) * pose.reference_from_body});
+      poses.push_back({pose.frame, pose.time,
+                       map->world_from_any(pose.reference) *
+                           map->rescale_relative(pose.reference_from_body, pose.scale)});
     }
     std::sort(poses.begin(), poses.end(),
               [](const auto& a, const auto& b) { return a.time < b.time; });
@@ -140,6 +157,23 @@ class System::Implementation {
   const Config& config() const { return config_; }
 
  private:
+  void adjust_visually(SharedMap& shared) const {
+    MapProblem problem = gather_whole_map(*shared.view(), config_.weighting);
+    const BundleSummary summary = adjust(problem, config_.final_adjustment);
+    shared.commit([&](Map& map) { commit_adjustment(map, problem, summary); });
+  }
+
+  void adjust_with_inertia(SharedMap& shared) const {
+    InertialMapProblem problem = gather_inertial_map(*shared.view(), config_.weighting);
+    const auto summary = adjust_inertial_bundle(problem.inertial, {config_.final_adjustment, true});
+    InertialStatus status = shared.view()->inertial();
+    if (!summary.covariance.empty()) status.scale_sigma = summary.scale_sigma;
+    shared.commit([&](Map& map) {
+      commit_inertial_adjustment(map, problem, summary);
+      map.set_inertial(status);
+    });
+  }
+
   void check_input(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
     require(!last_time_ || time > *last_time_,
             "the time stamp {} does not come after the last one, {}; images must come in order",
@@ -175,12 +209,13 @@ class System::Implementation {
 
   void record(const TrackingResult& result) {
     placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
-    if (result.state == TrackingState::kOk) placed_.push_back(result.anchored);
+    if (result.placed()) placed_.push_back(result.anchored);
   }
 
   Config config_;
   FrameBuilderOptions frame_options_;
   cv::Mat mask_;
+  std::optional<ImuCalibration> imu_;  // inertial modes
   std::shared_ptr<const Rig> rig_;
   std::unique_ptr<Runtime> runtime_;
   FeatureFamily family_;
@@ -194,9 +229,12 @@ class System::Implementation {
   std::optional<Timestamp> last_time_;
 };
 
-System::System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask)
-    : implementation_(std::make_unique<Implementation>(config, rig, mode, mask)) {}
+System::System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask,
+               const std::optional<ImuCalibration>& imu)
+    : implementation_(std::make_unique<Implementation>(config, rig, mode, mask, imu)) {}
 System::~System() = default;
+
+bool System::add_imu(const ImuSample& sample) { return implementation_->add_imu(sample); }
 
 TrackingResult System::add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
   return implementation_->add_images(time, left, right);

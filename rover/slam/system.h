@@ -38,13 +38,19 @@ struct FinalPose {
 //   slam.finish();
 class System {
  public:
-  // The body frame is the rig's. mask: 8 bit, camera 0's size, no features where it is 0; or empty.
-  // Throws InputError for options that make no sense, a rig that cannot serve the mode, and models
-  // that are missing.
-  System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask = {});
+  // The body frame is the rig's: in inertial modes the inertial sensor's, whose calibration they
+  // need. mask: 8 bit, camera 0's size, no features where it is 0; or empty. Throws InputError for
+  // options that make no sense, a rig that cannot serve the mode, and models that are missing.
+  System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask = {},
+         const std::optional<ImuCalibration>& imu = {});
   ~System();
   System(const System&) = delete;
   System& operator=(const System&) = delete;
+
+  // Takes a reading of the inertial sensor (inertial modes; else it is left aside). Before each
+  // frame those up to its stamp, and if possible the one after, should be in. False: left out, as
+  // it is out of order or not finite.
+  bool add_imu(const ImuSample& sample);
 
   // Tracks the next frame. time: ns, must increase. Images: 8 bit, one channel, of the
   // calibration's size; `right` may be empty in stereo (the frame is used as mono). Throws
@@ -54,7 +60,7 @@ class System {
   // Waits until mapping has done all it was given.
   void finish();
 
-  // Adjusts the whole of the map with most frames. Returns ms taken; 0 without a map.
+  // Adjusts the whole of the map with most frames, with inertial data where it is aligned. Returns ms taken; 0 without a map.
   double adjust_largest_map();
 
   // Forgets everything, as if just made.

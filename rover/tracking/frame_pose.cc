@@ -31,6 +31,15 @@ struct Gathered {
 FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& options,
                            const WeightingOptions& weighting, Frame& frame,
                            const std::vector<TemporaryPoint>& temporary) {
+  const auto solve = [&](const SE3& initial, std::span<const PoseObservation> observations) {
+    return optimize_pose(map.rig(), initial, observations, options);
+  };
+  return solve_frame_pose_with(solve, map, weighting, frame, temporary);
+}
+
+FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
+                                const WeightingOptions& weighting, Frame& frame,
+                                const std::vector<TemporaryPoint>& temporary) {
   Gathered gathered;
   for (int i = 0; i < frame.size(); ++i) {
     if (!frame[i].landmark.valid()) continue;
@@ -44,7 +53,7 @@ FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& option
     gathered.add(frame, feature, point, false, weighting);
   }
   FramePose result;
-  result.estimate = optimize_pose(map.rig(), frame.world_from_body, gathered.observations, options);
+  result.estimate = solve(frame.world_from_body, gathered.observations);
   if (!result.estimate.converged) return result;
   frame.world_from_body = result.estimate.world_from_body;
   for (std::size_t i = 0; i < gathered.features.size(); ++i) {

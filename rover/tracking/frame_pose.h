@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "rover/map/map.h"
@@ -20,11 +22,20 @@ struct FramePose {
   int temporary = 0;  // inliers among the temporary points
 };
 
+// Finds a frame's pose from what it sees.
+using PoseSolver = std::function<PoseEstimate(const SE3& world_from_body,
+                                              std::span<const PoseObservation> observations)>;
+
 // Motion-only adjustment of a frame against the landmarks it is joined to (and temporary points),
 // stereo partners included. Sets the frame's pose and parts it from landmarks that do not fit.
 // An estimate that did not converge leaves the frame as it was.
 FramePose solve_frame_pose(const Map& map, const PoseOptimizationOptions& options,
                            const WeightingOptions& weighting, Frame& frame,
                            const std::vector<TemporaryPoint>& temporary = {});
+
+// The same with another solver.
+FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
+                                const WeightingOptions& weighting, Frame& frame,
+                                const std::vector<TemporaryPoint>& temporary = {});
 
 }  // namespace rover

@@ -38,6 +38,16 @@ int established_landmarks(const Map& map, const Keyframe& keyframe) {
   return count;
 }
 
+// Inertial data say less the longer they are integrated.
+bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  if (!evidence.inertial) return false;
+  constexpr double kTolerance = 1e-3;  // s: stamps jitter
+  const double gap = evidence.aligned ? options.max_gap : options.max_gap_waiting;
+  const bool moving = evidence.parallax > options.moving_parallax ||
+                      evidence.rotation > options.moving_rotation;
+  return moving && evidence.seconds_since_keyframe > gap - kTolerance;
+}
+
 }  // namespace
 
 void KeyframePolicyOptions::check() const {
@@ -45,6 +55,8 @@ void KeyframePolicyOptions::check() const {
           "keyframe.min_tracked_share is {}; use a share between 0 and 1", min_tracked_share);
   require(max_parallax > 0 && max_rotation > 0,
           "keyframe.max_parallax and max_rotation must be positive");
+  require(max_gap_waiting > 0 && max_gap > 0,
+          "keyframe.max_gap_waiting and max_gap must be positive");
   require(min_inliers >= 4, "keyframe.min_inliers is {}; use 4 or more", min_inliers);
 }
 
@@ -54,7 +66,7 @@ bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOption
                           evidence.near_new > options.min_new_near;
   const bool fading = evidence.inliers < options.min_landmarks &&
                       evidence.inliers < 0.9 * evidence.reference_landmarks;
-  if (needs_near || fading) return true;
+  if (needs_near || fading || is_due(evidence, options)) return true;
   if (evidence.frames_since_keyframe < options.min_gap) return false;
   return evidence.inliers < options.min_tracked_share * evidence.reference_landmarks ||
          evidence.parallax > options.max_parallax || evidence.rotation > options.max_rotation;

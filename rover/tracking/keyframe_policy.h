@@ -16,6 +16,11 @@ struct KeyframePolicyOptions {
   int min_new_near = 70;           // ... so many more are to be had: new keyframe
   int min_inliers = 10;            // fewer: no keyframe, the pose is not sure enough
   int min_gap = 1;                 // frames between keyframes when the reason is not urgent
+  // Inertial modes: while the body moves, keyframes are no farther apart than this.
+  double max_gap_waiting = 0.25;  // s, before the map is aligned
+  double max_gap = 0.5;           // s, afterwards
+  double moving_parallax = 2;     // px since the reference keyframe: less is standing still ...
+  double moving_rotation = 1;     // deg, likewise
 
   void check() const;
 };
@@ -30,6 +35,9 @@ struct KeyframeEvidence {
   bool stereo = false;
   int near_tracked = 0;  // stereo: near landmarks tracked
   int near_new = 0;      // stereo: near features that are no landmarks
+  bool inertial = false;
+  bool aligned = false;               // inertial: the map is
+  double seconds_since_keyframe = 0;  // inertial
 };
 
 bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options);

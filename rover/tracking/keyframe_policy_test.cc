@@ -68,6 +68,22 @@ TEST(KeyframePolicy, DecidesByTheTable) {
   }
 }
 
+TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
+  const KeyframePolicyOptions options;
+  KeyframeEvidence evidence = quiet();
+  evidence.seconds_since_keyframe = 0.5;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+  evidence.inertial = evidence.aligned = true;
+  EXPECT_TRUE(wants_keyframe(evidence, options));
+  evidence.seconds_since_keyframe = 0.45;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+  evidence.aligned = false;  // to find gravity and scale takes keyframes closer together
+  EXPECT_TRUE(wants_keyframe(evidence, options));
+  evidence.parallax = evidence.rotation = 0.5;  // standing still
+  evidence.seconds_since_keyframe = 30;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+}
+
 TEST(KeyframePolicy, RefusesOptionsThatMakeNoSense) {
   KeyframePolicyOptions options;
   EXPECT_NO_THROW(options.check());

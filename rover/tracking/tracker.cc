@@ -43,10 +43,12 @@ void TrackerOptions::check() const {
   relocalization.check();
   initialization.check();
   initial_adjustment.check();
+  inertial.check();
 }
 
 Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
-                 const FeatureFamily& family, const TrackerOptions& options, std::uint64_t seed)
+                 const FeatureFamily& family, const TrackerOptions& options, std::uint64_t seed,
+                 const std::optional<ImuCalibration>& imu)
     : atlas_(std::move(atlas)),
       rig_(std::move(rig)),
       family_(family),
@@ -56,6 +58,7 @@ Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
                    hash_seed(seed, kRelocalization)),
       initializer_(rig_, family.matcher, options.initialization, hash_seed(seed, kInitialization)) {
   options_.check();
+  if (imu) inertial_ = std::make_unique<InertialTracking>(*imu, options_.inertial);
 }
 
 TrackingResult Tracker::track(Frame frame) {
@@ -66,14 +69,7 @@ TrackingResult Tracker::track(Frame frame) {
   const auto view = map_ ? map_->view() : nullptr;
   const FeatureGrid grid(*frame.features);
   StageTimer timer(result.times);
-  bool located = false;
-  if (state_ == TrackingState::kOk) {
-    rebase(*view);
-    frame.world_from_body = predict(frame.time);
-    located = match_to_last(*view, grid, frame) || match_to_reference(*view, frame);
-  } else if (view) {
-    located = relocalize(*view, frame);
-  }
+  const bool located = view && locate(*view, grid, frame);
   timer.done("match");
   if (located && track_local_map(*view, grid, frame, result)) {
     timer.done("local_map");
@@ -85,36 +81,60 @@ TrackingResult Tracker::track(Frame frame) {
     if (may_begin_map(view.get(), frame.time)) begin_map(std::move(frame), result);
     timer.done("begin_map");
   }
+  if (inertial_) forget_samples(result.anchored.time);
   return result;
 }
 
-void Tracker::rebase(const Map& map) {
-  last_->world_from_body = map.world_from_any(reference_) * reference_from_last_;
-  reference_ = map.standing(reference_);
+// Finds a frame roughly: from the last one while that is known, else anywhere near.
+bool Tracker::locate(const Map& map, const FeatureGrid& grid, Frame& frame) {
+  if (inertial_) inertial_->follow(map);
+  if (state_ != TrackingState::kOk && state_ != TrackingState::kDeadReckoning) {
+    return relocalize(map, frame);
+  }
+  rebase(map);
+  predicted_ = frame.world_from_body = predict(frame.time);
+  return match_to_last(map, grid, frame) || match_to_reference(map, frame) ||
+         (state_ == TrackingState::kDeadReckoning && relocalize(map, frame));
 }
 
-SE3 Tracker::predict(Timestamp time) const {
+void Tracker::rebase(const Map& map) {
+  const SE3 world_from_reference = map.world_from_any(reference_);
+  last_->world_from_body =
+      world_from_reference * map.rescale_relative(reference_from_last_, scale_);
+  world_from_given_ = world_from_reference * map.rescale_relative(reference_from_given_, scale_);
+  reference_ = map.standing(reference_);
+  const SE3 reference_from_world = map.at(reference_).world_from_body().inverse();
+  reference_from_last_ = reference_from_world * last_->world_from_body;
+  reference_from_given_ = reference_from_world * world_from_given_;
+  scale_ = map.scale();
+}
+
+SE3 Tracker::predict(Timestamp time) {
+  if (inertial_) {
+    if (const auto predicted = inertial_->predict(time)) return *predicted;
+  }
   if (!velocity_known_) return last_->world_from_body;
-  return last_->world_from_body * se3_exp(velocity_ * seconds_between(last_->time, time));
+  SE3 predicted = last_->world_from_body * se3_exp(velocity_ * seconds_between(last_->time, time));
+  if (inertial_) predicted.rotation = predict_rotation(time, predicted.rotation);
+  return predicted;
 }
 
 AnchoredPose Tracker::anchor(const Map& map, const Frame& frame, KeyframeId reference) const {
   const SE3& world_from_reference = map.at(reference).world_from_body();
   return {frame.id, frame.time, map.id(), reference,
-          world_from_reference.inverse() * frame.world_from_body};
+          world_from_reference.inverse() * frame.world_from_body, map.scale()};
 }
 
 void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result) {
   velocity_known_ = state_ == TrackingState::kOk && last_;
   if (velocity_known_) {
-    result.last_from_body = last_->world_from_body.inverse() * frame.world_from_body;
-    velocity_ = se3_log(result.last_from_body) / seconds_between(last_->time, frame.time);
+    velocity_ = se3_log(last_->world_from_body.inverse() * frame.world_from_body) /
+                seconds_between(last_->time, frame.time);
   }
+  result.last_from_body = motion_since_given(frame);
   state_ = TrackingState::kOk;
-  result.state = state_;
-  result.epoch = map.epoch();
-  result.world_from_body = frame.world_from_body;
-  result.anchored = anchor(map, frame, reference_);
+  give(frame, map, result);
+  accept_state(frame, map, result);
   reference_from_last_ = result.anchored.reference_from_body;
   last_ = frame;
   last_matches_ = result.inliers;
@@ -122,9 +142,30 @@ void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result)
   ++frames_since_keyframe_;
 }
 
+// What odometry says. After dead reckoning, what vision corrects is no motion.
+SE3 Tracker::motion_since_given(const Frame& frame) const {
+  if (state_ == TrackingState::kOk && last_) {
+    return world_from_given_.inverse() * frame.world_from_body;
+  }
+  if (state_ == TrackingState::kDeadReckoning) return world_from_given_.inverse() * predicted_;
+  return {};
+}
+
+void Tracker::give(const Frame& frame, const Map& map, TrackingResult& result) {
+  result.state = state_;
+  result.epoch = map.epoch();
+  result.world_from_body = frame.world_from_body;
+  result.anchored = anchor(map, frame, reference_);
+  result.metric = !inertial_ || map.inertial().aligned;
+  reference_from_given_ = result.anchored.reference_from_body;
+  scale_ = map.scale();
+}
+
 void Tracker::lose(const Frame& frame, TrackingResult& result) {
-  if (state_ == TrackingState::kOk) {
+  if (map_ && dead_reckon(*map_->view(), frame, result)) return;
+  if (state_ == TrackingState::kOk || state_ == TrackingState::kDeadReckoning) {
     state_ = TrackingState::kLost;
+    if (inertial_) inertial_->forget();
     lost_since_ = frame.time;
     relocalization_turn_ = 0;
   }
@@ -136,6 +177,7 @@ void Tracker::lose(const Frame& frame, TrackingResult& result) {
 
 bool Tracker::may_begin_map(const Map* map, Timestamp now) const {
   if (!map) return true;
+  if (state_ == TrackingState::kDeadReckoning) return false;
   const bool young = map->keyframes().size() < kYoungMap;
   return seconds_between(lost_since_, now) >= (young ? options_.max_lost_young : options_.max_lost);
 }
@@ -144,18 +186,24 @@ void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult
   const double near = near_depth(*rig_, options_.stereo);
   KeyframeEvidence evidence = gather_keyframe_evidence(map, frame, reference_, near);
   evidence.frames_since_keyframe = frames_since_keyframe_;
+  evidence.inertial = inertial_ != nullptr;
+  evidence.aligned = map.inertial().aligned;
+  evidence.seconds_since_keyframe =
+      seconds_between(map.at(map.newest_keyframe()).frame.time, frame.time);
   if (!wants_keyframe(evidence, options_.keyframe)) return;
   result.new_keyframe = map_->commit([&](Map& working) {
     for (const auto& [landmark, counts] : sightings_) {
       working.count_sighting(landmark, counts.first, counts.second);
     }
-    return insert_keyframe(working, frame, options_.stereo);
+    const KeyframeId keyframe = insert_keyframe(working, frame, options_.stereo);
+    enter_inertia(working, keyframe);
+    return keyframe;
   });
   sightings_.clear();
   frames_since_keyframe_ = 0;
   const auto view = map_->view();
   reference_ = result.new_keyframe;
-  reference_from_last_ = SE3();
+  reference_from_last_ = reference_from_given_ = SE3();
   result.anchored = anchor(*view, frame, reference_);
   last_->observations = view->at(reference_).frame.observations;
 }

@@ -9,6 +9,7 @@
 #include "rover/map/atlas.h"
 #include "rover/matching/feature_family.h"
 #include "rover/tracking/frame_pose.h"
+#include "rover/tracking/inertial_tracking.h"
 #include "rover/tracking/keyframe_insertion.h"
 #include "rover/tracking/keyframe_policy.h"
 #include "rover/tracking/landmark_search.h"
@@ -39,6 +40,7 @@ struct TrackerOptions {
   RelocalizationOptions relocalization;
   MonoInitializerOptions initialization;
   BundleOptions initial_adjustment;
+  InertialTrackingOptions inertial;
 
   void check() const;
 };
@@ -47,8 +49,12 @@ struct TrackerOptions {
 class Tracker {
  public:
   Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig, const FeatureFamily& family,
-          const TrackerOptions& options, std::uint64_t seed);
+          const TrackerOptions& options, std::uint64_t seed,
+          const std::optional<ImuCalibration>& imu = {});
 
+  // Inertial modes: readings, in order, up to the first one at or after each frame's time. False:
+  // left out, as it is out of order or not finite.
+  bool add_imu(const ImuSample& sample) { return inertial_->add(sample); }
   TrackingResult track(Frame frame);
 
   // Matches of the last tracked frame, for the adaptive threshold; 0 while lost.
@@ -58,8 +64,13 @@ class Tracker {
 
  private:
   // Each step works on the view of the map taken when the frame came.
+  bool locate(const Map& map, const FeatureGrid& grid, Frame& frame);
   void rebase(const Map& map);
-  SE3 predict(Timestamp time) const;
+  SE3 predict(Timestamp time);
+  int needed_inliers() const;
+  Eigen::Quaterniond predict_rotation(Timestamp time, const Eigen::Quaterniond& otherwise) const;
+  FramePose solve_pose(const Map& map, Frame& frame,
+                       const std::vector<TemporaryPoint>& temporary = {});
   bool match_to_last(const Map& map, const FeatureGrid& grid, Frame& frame);
   bool match_by_motion(const Map& map, const FeatureGrid& grid, double radius, Frame& frame);
   bool match_by_learning(const Map& map, Frame& frame);
@@ -75,6 +86,13 @@ class Tracker {
   bool place(const Map& map, Frame& frame);
   void accept(const Frame& frame, const Map& map, TrackingResult& result);
   void lose(const Frame& frame, TrackingResult& result);
+  SE3 motion_since_given(const Frame& frame) const;
+  void give(const Frame& frame, const Map& map, TrackingResult& result);
+  // Of inertial modes; without effect in others.
+  void accept_state(const Frame& frame, const Map& map, TrackingResult& result);
+  bool dead_reckon(const Map& map, const Frame& frame, TrackingResult& result);
+  void enter_inertia(Map& map, KeyframeId keyframe) const;
+  void forget_samples(Timestamp now);
   std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, double radius,
                                                const Frame& frame) const;
   AnchoredPose anchor(const Map& map, const Frame& frame, KeyframeId reference) const;
@@ -88,12 +106,17 @@ class Tracker {
   double pixel_scale_;  // image width / 640
   Relocalizer relocalizer_;
   MonoInitializer initializer_;
+  std::unique_ptr<InertialTracking> inertial_;  // null in visual modes
 
   std::shared_ptr<SharedMap> map_;
   TrackingState state_ = TrackingState::kWaiting;
   std::optional<Frame> last_;  // the last frame tracked
   KeyframeId reference_;       // of the last frame
   SE3 reference_from_last_;
+  SE3 reference_from_given_;  // the pose given last: tracked or, after that, dead reckoned
+  SE3 world_from_given_;      // the same, in the map as it is now
+  double scale_ = 1;          // of the map then
+  SE3 predicted_;             // pose of the frame under way
   Vector6d velocity_ = Vector6d::Zero();  // per second, body frame
   bool velocity_known_ = false;
   Timestamp lost_since_ = 0;

@@ -43,15 +43,18 @@ void Tracker::begin_mono_map(Frame frame, TrackingResult& result) {
   const Frame second = views->second;
   auto trial = std::make_shared<SharedMap>(atlas_->blank_map());
   const KeyframeId keyframe = trial->commit([&](Map& map) {
-    return build_initial_map(map, std::move(*views), options_.initialization.min_matches,
-                             options_.refinement, options_.weighting, options_.initial_adjustment);
+    const KeyframeId built = build_initial_map(
+        map, std::move(*views), options_.initialization.min_matches, options_.refinement,
+        options_.weighting, options_.initial_adjustment);
+    if (built.valid()) enter_inertia(map, built);
+    return built;
   });
   if (!keyframe.valid()) return;
   atlas_->add_map(trial);
   map_ = trial;
   const auto view = map_->view();
   const KeyframeId origin = (*view->keyframes().begin()).id;
-  result.earlier.push_back({first.id, first.time, view->id(), origin, SE3()});
+  result.earlier.push_back({first.id, first.time, view->id(), origin, SE3(), view->scale()});
   reference_ = keyframe;
   state_ = TrackingState::kWaiting;
   sightings_.clear();

@@ -29,8 +29,7 @@ bool Tracker::match_by_motion(const Map& map, const FeatureGrid& grid, double ra
                               Frame& frame) {
   search_landmarks(map, last_->landmarks(), search_options(radius), grid, frame);
   const auto temporary = search_temporary(grid, radius, frame);
-  const FramePose solved =
-      solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
+  const FramePose solved = solve_pose(map, frame, temporary);
   return solved.estimate.converged &&
          solved.landmarks + solved.temporary >= options_.confident_inliers;
 }
@@ -80,9 +79,8 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
     if (!stereo || frame[match.b].landmark.valid()) continue;
     temporary.push_back({last_->world_from_body * stereo->point.cast<double>(), match.b});
   }
-  const FramePose solved =
-      solve_frame_pose(map, options_.pose, options_.weighting, frame, temporary);
-  return solved.estimate.converged && solved.landmarks + solved.temporary >= options_.min_inliers;
+  const FramePose solved = solve_pose(map, frame, temporary);
+  return solved.estimate.converged && solved.landmarks + solved.temporary >= needed_inliers();
 }
 
 bool Tracker::match_to_reference(const Map& map, Frame& frame) {
@@ -113,15 +111,15 @@ bool Tracker::track_local_map(const Map& map, const FeatureGrid& grid, Frame& fr
   std::vector<LandmarkId> sought = frame.landmarks();
   search_landmarks(map, local.landmarks, search_options(options_.local_radius), grid, frame,
                    &sought);
-  FramePose solved = solve_frame_pose(map, options_.pose, options_.weighting, frame);
+  FramePose solved = solve_pose(map, frame);
   result.matches = frame.landmark_count();
   if (options_.refine && solved.estimate.converged) {
     refine_observations(map, options_.refinement, frame);
-    solved = solve_frame_pose(map, options_.pose, options_.weighting, frame);
+    solved = solve_pose(map, frame);
   }
   result.inliers = solved.landmarks;
   result.covariance = solved.estimate.covariance;
-  if (!solved.estimate.converged || solved.landmarks < options_.min_inliers) return false;
+  if (!solved.estimate.converged || solved.landmarks < needed_inliers()) return false;
   reference_ = local.reference;
   for (const LandmarkId id : sought) ++sightings_[id].first;
   for (const LandmarkId id : frame.landmarks()) ++sightings_[id].second;

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rover/base/ids.h"
 #include "rover/base/stage_times.h"
 #include "rover/base/timestamp.h"
 #include "rover/geometry/se3.h"
+#include "rover/imu/inertial_state.h"
 
 namespace rover {
 
@@ -21,17 +23,26 @@ struct AnchoredPose {
   MapId map;
   KeyframeId reference;
   SE3 reference_from_body;
+  double scale = 1;  // of the map when it was anchored: see Map::scale
 };
 
 // What tracking says of one frame.
 struct TrackingResult {
+  bool placed() const {
+    return state == TrackingState::kOk || state == TrackingState::kDeadReckoning;
+  }
+
   TrackingState state = TrackingState::kWaiting;
-  AnchoredPose anchored;                   // state ok: where the frame was
-  SE3 world_from_body;                     // state ok: through the map as it was then
-  Matrix6d covariance = Matrix6d::Zero();  // state ok: (translation, rotation), body frame,
-                                           // conditional on the map
-  SE3 last_from_body;  // state ok: motion since the last tracked frame, both seen
-                       // through the same map; identity where there is none
+  // Where the frame was: state ok, or dead reckoning (by inertial data alone).
+  AnchoredPose anchored;
+  SE3 world_from_body;                     // through the map as it was then
+  Matrix6d covariance = Matrix6d::Zero();  // (translation, rotation), body frame, conditional on
+                                           // the map
+  SE3 last_from_body;  // motion since the last frame that was placed, both seen through the same
+                       // map; identity where there is none
+  bool metric = true;  // inertial modes: the map is aligned (gravity and scale are known)
+  std::optional<InertialState> inertial;  // inertial modes, aligned map
+  Matrix15d inertial_covariance = Matrix15d::Zero();  // of it
   int epoch = 0;
   int features = 0;
   int matches = 0;                    // landmarks joined before the last pose adjustment

@@ -1,0 +1,56 @@
+#include "rover/cli/inertial_summary.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace rover {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+InertialStatus status_of_largest_map(const System& system) {
+  const auto largest = system.largest_map();
+  if (!largest) return {};
+  return system.maps()[static_cast<std::size_t>(largest->value)]->inertial();
+}
+
+std::string state_of(const InertialStatus& status, const RunRecorder& recorder) {
+  if (status.aligned) return "aligned";
+  if (recorder.mapping().empty()) return "waiting for a map";
+  const std::string& missing = recorder.mapping().back().report.inertial.waiting;
+  return missing.empty() ? "waiting for excitation" : "waiting for excitation: " + missing;
+}
+
+auto count(const RunRecorder& recorder, InertialEvent event) {
+  return std::ranges::count_if(recorder.mapping(), [&](const MappingRecord& record) {
+    return record.report.inertial.event == event;
+  });
+}
+
+}  // namespace
+
+Json describe_inertia(const System& system, const RunRecorder& recorder) {
+  const InertialStatus status = status_of_largest_map(system);
+  Json json;
+  json["state"] = state_of(status, recorder);
+  json["aligned_at"] = status.aligned ? Json(format_seconds(status.begin)) : Json();
+  json["scale_sigma"] = status.aligned ? Json(status.scale_sigma) : Json();
+  json["refinements"] = status.refinements;
+  json["alignments"] = count(recorder, InertialEvent::kInitialized);
+  json["undone"] = count(recorder, InertialEvent::kUndone);
+  json["dead_reckoned_frames"] = recorder.count("dead-reckoning");
+  return json;
+}
+
+std::string inertia_for_people(const Json& inertial) {
+  const std::string state = inertial["state"].get<std::string>();
+  if (inertial["aligned_at"].is_null()) return fmt::format("inertial     {}\n", state);
+  return fmt::format(
+      "inertial     aligned at {} s, scale known to {:.1f}%; {} frame(s) by inertial "
+      "data alone\n",
+      inertial["aligned_at"].get<std::string>(), 100 * inertial["scale_sigma"].get<double>(),
+      inertial["dead_reckoned_frames"].get<int>());
+}
+
+}  // namespace rover

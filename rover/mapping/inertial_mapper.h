@@ -1,0 +1,66 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "rover/map/shared_map.h"
+#include "rover/optimization/inertial_initialization.h"
+#include "rover/optimization/inertial_map_adjustment.h"
+
+namespace rover {
+
+struct InertialMapperOptions {
+  int window = 10;         // keyframes in time, mono: free in the local adjustment
+  int stereo_window = 15;  // likewise, stereo
+  InitializationOptions initialization;
+  int min_keyframes = 6;            // linked in time before initialisation is tried
+  int max_keyframes = 80;           // the newest so many take part in it
+  double first_refinement = 5;      // s after initialisation: the whole map is adjusted, ...
+  double refinement_interval = 10;  // ... and again after so many s, ...
+  double scale_sigma = 0.015;       // ... until the scale is known to this
+  // An initialisation is undone, or not even done, if ...
+  double max_gyroscope_bias = 0.5;      // rad/s
+  double max_accelerometer_bias = 1.5;  // m/s^2
+  double max_reprojection_ratio = 1.2;  // the reprojection error grows by more
+  double max_link_chi2 = 90;            // mean over the window, of 9 degrees of freedom, ...
+  double trial_period = 3;              // ... in the first s
+  int max_refined = 100;                // keyframes: larger maps are left to the final adjustment
+  BundleOptions adjustment{.first_iterations = 10, .second_iterations = 10};  // of the whole map
+
+  void check() const;
+};
+
+enum class InertialEvent { kNone, kInitialized, kRefined, kUndone };
+
+// What the inertial part of mapping did with one keyframe.
+struct InertialReport {
+  InertialEvent event = InertialEvent::kNone;
+  double scale_sigma = 0;  // relative; at an event
+  std::string waiting;     // before initialisation: what is missing, in plain words
+};
+
+// The part of mapping that inertial data make possible: initialisation, its refinements, and the
+// visual-inertial local adjustment.
+class InertialMapper {
+ public:
+  InertialMapper(const InertialMapperOptions& options, const WeightingOptions& weighting);
+
+  // Adjusts the last keyframes in time; for aligned maps. An initialisation that turns out wrong is
+  // undone: the map is a visual one again.
+  InertialReport adjust_window(SharedMap& map, KeyframeId keyframe, int max_fixed,
+                               const BundleOptions& options) const;
+
+  // Aligns a map as soon as its keyframes allow, later refines it.
+  InertialReport advance(SharedMap& map, KeyframeId keyframe) const;
+
+ private:
+  InertialReport initialize(SharedMap& map, KeyframeId keyframe) const;
+  InertialReport refine(SharedMap& map, KeyframeId keyframe) const;
+  bool needs_refinement(const Map& map, Timestamp now) const;
+  bool is_plausible(const InertialMapProblem& problem, const InertialBundleSummary& summary) const;
+
+  InertialMapperOptions options_;
+  WeightingOptions weighting_;
+};
+
+}  // namespace rover

@@ -1,0 +1,41 @@
+#include "rover/mapping/keyframe_culling.h"
+
+#include <gtest/gtest.h>
+
+#include "rover/base/error.h"
+#include "rover/map/test_map.h"
+
+namespace rover {
+namespace {
+
+// Keyframes 50 ms apart.
+TEST(KeyframeCulling, LeavesNoLongGapInTime) {
+  Map map = test_map(30, 10);
+  map.set_inertial({.aligned = true});
+  const KeyframeId newest{29};
+  const CullingGaps gaps{.recent = 0.12, .old = 0.22, .window = 5};
+  EXPECT_FALSE(leaves_gap(map, {27}, newest, gaps));
+  map.retire({27});
+  EXPECT_TRUE(leaves_gap(map, {28}, newest, gaps));  // 0.15 s among the recent ones
+  EXPECT_FALSE(leaves_gap(map, {11}, newest, gaps));
+  for (const int culled : {11, 12}) map.retire({culled});
+  EXPECT_FALSE(leaves_gap(map, {13}, newest, gaps));  // 0.2 s among the old ones
+  map.retire({13});
+  EXPECT_TRUE(leaves_gap(map, {14}, newest, gaps));
+  map.set_inertial({});
+  EXPECT_TRUE(leaves_gap(map, {10}, newest, gaps));  // not aligned yet: all are recent
+}
+
+TEST(KeyframeCulling, KeepsBothEnds) {
+  const Map map = test_map(5, 10);
+  EXPECT_TRUE(leaves_gap(map, {0}, {4}, {}));
+  EXPECT_TRUE(leaves_gap(map, {4}, {4}, {}));
+}
+
+TEST(KeyframeCulling, RefusesGapsThatMakeNoSense) {
+  EXPECT_THROW((CullingGaps{.recent = 0}.check()), InputError);
+  EXPECT_THROW((CullingGaps{.recent = 2, .old = 1}.check()), InputError);
+}
+
+}  // namespace
+}  // namespace rover

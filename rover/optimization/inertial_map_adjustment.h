@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "rover/optimization/inertial_bundle_adjustment.h"
+#include "rover/optimization/map_adjustment.h"
+
+namespace rover {
+
+// A part of an aligned map as a visual-inertial adjustment problem, with the way back.
+struct InertialMapProblem {
+  MapProblem map;  // who is who; its bundle is part of `inertial`
+  InertialBundleProblem inertial;
+};
+
+// The last `window` keyframes in time, up to and with `newest`, are free; the state before them and
+// at most `max_fixed` other keyframes that see their landmarks are fixed. Where nothing lies before
+// the window, no state is fixed.
+InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int window,
+                                          int max_fixed, const WeightingOptions& weighting);
+
+// Every keyframe and landmark; all are free.
+InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting);
+
+// commit_adjustment with velocities and biases.
+void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
+                                const InertialBundleSummary& summary);
+
+}  // namespace rover

@@ -1,0 +1,117 @@
+#include "rover/tracking/inertial_tracking.h"
+
+#include "rover/base/error.h"
+
+namespace rover {
+namespace {
+
+// A velocity that nobody knows, m/s, after a pose was found without inertial data.
+constexpr double kUnknownVelocity = 2;
+
+Matrix15d diagonal_information(double position, double rotation, double velocity, double gyroscope,
+                               double accelerometer) {
+  Vector15d sigma;
+  sigma << Eigen::Vector3d::Constant(position), Eigen::Vector3d::Constant(rotation),
+      Eigen::Vector3d::Constant(velocity), Eigen::Vector3d::Constant(gyroscope),
+      Eigen::Vector3d::Constant(accelerometer);
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+bool same(const InertialState& a, const InertialState& b) {
+  return state_minus(a, b).isZero(1e-12);
+}
+
+}  // namespace
+
+void InertialTrackingOptions::check() const {
+  noise.check();
+  pose.check();
+  require(position_sigma > 0 && rotation_sigma > 0 && velocity_sigma > 0 &&
+              gyroscope_bias_sigma > 0 && accelerometer_bias_sigma > 0,
+          "inertial: the standard deviations of a keyframe's state must be positive");
+  require(max_dead_reckoning >= 0, "inertial.max_dead_reckoning is {}; use 0 s or more",
+          max_dead_reckoning);
+  require(min_inliers >= 4, "inertial.min_inliers is {}; use 4 or more", min_inliers);
+  require(max_interval > 0, "inertial.max_interval is {}; use a positive number", max_interval);
+}
+
+InertialTracking::InertialTracking(const ImuCalibration& calibration,
+                                   const InertialTrackingOptions& options)
+    : options_(options), noise_(ImuNoise::of(calibration, options.noise)) {
+  options_.check();
+}
+
+std::shared_ptr<const Preintegration> InertialTracking::motion(Timestamp from, Timestamp to,
+                                                               const ImuBias& bias) const {
+  if (to <= from || seconds_between(from, to) > options_.max_interval) return nullptr;
+  auto samples = imu_.between(from, to);
+  if (samples.size() < 2) return nullptr;
+  return std::make_shared<const Preintegration>(std::move(samples), bias, noise_);
+}
+
+Matrix15d InertialTracking::keyframe_information() const {
+  return diagonal_information(options_.position_sigma, options_.rotation_sigma,
+                              options_.velocity_sigma, options_.gyroscope_bias_sigma,
+                              options_.accelerometer_bias_sigma);
+}
+
+void InertialTracking::follow(const Map& map) {
+  motion_.reset();
+  if (!map.inertial().aligned) {
+    last_.reset();
+    keyframe_ = {};
+    return;
+  }
+  const Keyframe& newest = map.at(map.newest_keyframe());
+  const InertialState state = newest.state();
+  const bool changed = map.id() != map_ || map.epoch() != epoch_ || newest.id != keyframe_ ||
+                       !same(state, keyframe_state_);
+  if (!changed) return;
+  map_ = map.id();
+  epoch_ = map.epoch();
+  keyframe_ = newest.id;
+  keyframe_state_ = state;
+  bias_ = state.bias;
+  last_ = {newest.frame.time, state, keyframe_information()};
+}
+
+std::optional<SE3> InertialTracking::predict(Timestamp time) {
+  if (!last_) return std::nullopt;
+  motion_ = motion(last_->time, time, last_->state.bias);
+  if (!motion_) return std::nullopt;
+  return motion_->predict(last_->state, gravity_of_z_up()).world_from_body;
+}
+
+PoseEstimate InertialTracking::estimate(const Rig& rig,
+                                        std::span<const PoseObservation> observations) {
+  InertialPoseProblem problem{rig, *motion_, last_->state, last_->information, observations};
+  current_ = optimize_inertial_pose(problem, options_.pose);
+  PoseEstimate pose;
+  pose.world_from_body = current_.current.world_from_body;
+  pose.covariance = current_.covariance.topLeftCorner<6, 6>();
+  pose.inliers = current_.inliers;
+  pose.inlier_count = current_.inlier_count;
+  pose.mean_chi2 = current_.mean_chi2;
+  pose.converged = current_.converged;
+  return pose;
+}
+
+void InertialTracking::accept() {
+  if (!motion_ || !current_.converged) return;
+  last_ = {motion_->end(), current_.current, current_.information};
+}
+
+void InertialTracking::restart(Timestamp time, const SE3& world_from_body) {
+  const Eigen::Vector3d velocity = last_ ? last_->state.velocity : Eigen::Vector3d::Zero();
+  Matrix15d information = keyframe_information();
+  information.block<3, 3>(6, 6) =
+      Eigen::Matrix3d::Identity() / (kUnknownVelocity * kUnknownVelocity);
+  last_ = {time, {world_from_body, velocity, bias_}, information};
+}
+
+std::optional<InertialState> InertialTracking::state() const {
+  if (!last_) return std::nullopt;
+  return last_->state;
+}
+
+}  // namespace rover

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "rover/imu/imu_buffer.h"
+#include "rover/map/map.h"
+#include "rover/optimization/inertial_pose_optimization.h"
+
+namespace rover {
+
+struct InertialTrackingOptions {
+  ImuNoiseOptions noise;
+  InertialPoseOptions pose;
+  // How well the state of a keyframe is known that mapping has adjusted, given the map.
+  double position_sigma = 0.003;           // m
+  double rotation_sigma = 0.001;           // rad
+  double velocity_sigma = 0.02;            // m/s
+  double gyroscope_bias_sigma = 0.001;     // rad/s
+  double accelerometer_bias_sigma = 0.02;  // m/s^2
+  int min_inliers = 10;           // with a state, so few landmarks in the local map confirm a pose
+  double max_dead_reckoning = 5;  // s without vision that inertial data bridge
+  double max_interval = 60;       // s between keyframes over which motion is integrated at all
+
+  void check() const;
+};
+
+// The state of the body from frame to frame, in the frame of an aligned map: predicted by
+// integration, then estimated with what the frame sees. The marginal of one frame is the prior of
+// the next; where mapping has adjusted the newest keyframe, its state is the prior instead.
+class InertialTracking {
+ public:
+  InertialTracking(const ImuCalibration& calibration, const InertialTrackingOptions& options);
+
+  // False: the sample is out of order or not finite, and left out.
+  bool add(const ImuSample& sample) { return imu_.add(sample); }
+
+  // The motion of the body over an interval; null where the samples do not cover it.
+  std::shared_ptr<const Preintegration> motion(Timestamp from, Timestamp to,
+                                               const ImuBias& bias) const;
+
+  // Looks at the map as it is when a frame comes: forgets the state where the map is not aligned,
+  // and takes the newest keyframe's where that has changed. `usable`: tracking has not been lost.
+  void follow(const Map& map);
+  // Integrates from the last state to a frame. Nothing where the state or the data are missing.
+  std::optional<SE3> predict(Timestamp time);
+  // The state of the frame predicted, with what it sees (nothing: dead reckoning).
+  PoseEstimate estimate(const Rig& rig, std::span<const PoseObservation> observations);
+  // The last estimate is right: it is where the next prediction starts.
+  void accept();
+  // A pose was found without a state; velocities have to be found again.
+  void restart(Timestamp time, const SE3& world_from_body);
+  void forget() { last_.reset(), motion_.reset(); }
+  // Drops samples that no later call will ask for.
+  void forget_before(Timestamp time) { imu_.forget_before(time); }
+
+  bool has_prediction() const { return motion_ != nullptr; }
+  // Of the last accepted frame; nothing where there is no state.
+  std::optional<InertialState> state() const;
+  const Matrix15d& covariance() const { return current_.covariance; }
+  const ImuBias& bias() const { return bias_; }
+  const InertialTrackingOptions& options() const { return options_; }
+
+ private:
+  struct Known {
+    Timestamp time = 0;
+    InertialState state;
+    Matrix15d information;
+  };
+  Matrix15d keyframe_information() const;
+
+  InertialTrackingOptions options_;
+  ImuNoise noise_;
+  ImuBuffer imu_;
+  std::optional<Known> last_;
+  KeyframeId keyframe_;  // the newest one and its state when it was looked at
+  InertialState keyframe_state_;
+  int epoch_ = -1;
+  MapId map_;
+  ImuBias bias_;                                  // of the newest keyframe
+  std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
+  InertialPoseEstimate current_;
+};
+
+}  // namespace rover

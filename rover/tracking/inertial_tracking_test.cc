@@ -1,0 +1,132 @@
+#include "rover/tracking/inertial_tracking.h"
+
+#include <gtest/gtest.h>
+
+#include "rover/base/error.h"
+#include "rover/imu/simulated_motion.h"
+#include "rover/map/test_map.h"
+
+namespace rover {
+namespace {
+
+constexpr ImuCalibration kSensor = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
+const ImuBias kBias = {{0.01, -0.02, 0.03}, {0.1, 0, -0.1}};
+
+Timestamp stamp(double seconds) {
+  return static_cast<Timestamp>(std::lround(seconds * kNanosecondsPerSecond));
+}
+
+// A body on a known motion, its readings, and an aligned map of one keyframe at time zero.
+class InertialTrackingTest : public ::testing::Test {
+ protected:
+  InertialTrackingTest() : random_(3), motion_(SimulatedMotion::random(random_)) {
+    const auto samples = simulate_imu(motion_, 0, 6, 200, kBias, simulated_noise(), random_);
+    for (const ImuSample& sample : samples) tracking_.add(sample);
+    map_.set_pose({0}, motion_.pose(0));
+    map_.set_velocity({0}, motion_.state(0).velocity, kBias);
+    map_.set_inertial({.aligned = true});
+  }
+
+  // What a frame sees of points around, exactly.
+  std::vector<PoseObservation> look(double time) {
+    std::vector<PoseObservation> seen;
+    const SE3 body_from_world = motion_.pose(time).inverse();
+    for (int i = 0; i < 500; ++i) {
+      const Eigen::Vector3d point = 4 * random_gaussian_vector(random_);
+      const auto pixel = map_.rig().cameras[0].project(body_from_world * point);
+      if (pixel && map_.rig().cameras[0].contains(*pixel)) seen.push_back({point, *pixel, 0, 1});
+    }
+    return seen;
+  }
+
+  double error(const SE3& pose, double time) const {
+    return (pose.translation - motion_.pose(time).translation).norm();
+  }
+
+  Random random_;
+  SimulatedMotion motion_;
+  Map map_ = test_map(1, 20);
+  InertialTracking tracking_{kSensor, {}};
+};
+
+TEST_F(InertialTrackingTest, KnowsNothingBeforeTheMapIsAligned) {
+  map_.set_inertial({});
+  tracking_.follow(map_);
+  EXPECT_FALSE(tracking_.predict(stamp(0.05)));
+  EXPECT_FALSE(tracking_.has_prediction());
+  EXPECT_FALSE(tracking_.state());
+  EXPECT_TRUE(tracking_.motion(stamp(0.1), stamp(0.2), {}));
+  EXPECT_FALSE(tracking_.motion(stamp(5), stamp(7), {}));
+}
+
+TEST_F(InertialTrackingTest, FollowsTheMotion) {
+  for (int i = 1; i <= 40; ++i) {
+    tracking_.follow(map_);
+    const auto predicted = tracking_.predict(stamp(0.05 * i));
+    ASSERT_TRUE(predicted);
+    EXPECT_LT(error(*predicted, 0.05 * i), 0.01);
+    const PoseEstimate pose = tracking_.estimate(map_.rig(), look(0.05 * i));
+    ASSERT_TRUE(pose.converged);
+    EXPECT_LT(error(pose.world_from_body, 0.05 * i), 0.004);
+    tracking_.accept();
+  }
+  const InertialState state = tracking_.state().value();
+  EXPECT_LT((state.velocity - motion_.state(2).velocity).norm(), 0.03);
+}
+
+TEST_F(InertialTrackingTest, DeadReckoningGrowsUncertain) {
+  double before = 0;
+  for (int i = 1; i <= 40; ++i) {
+    tracking_.follow(map_);
+    ASSERT_TRUE(tracking_.predict(stamp(0.05 * i)));
+    const PoseEstimate pose = tracking_.estimate(map_.rig(), {});
+    tracking_.accept();
+    const double sigma = std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace());
+    EXPECT_GT(sigma, before);
+    EXPECT_LT(error(pose.world_from_body, 0.05 * i), 4 * sigma);
+    before = sigma;
+  }
+  EXPECT_GT(before, 0.03);
+}
+
+TEST_F(InertialTrackingTest, TakesUpWhatMappingChanges) {
+  tracking_.follow(map_);
+  ASSERT_TRUE(tracking_.predict(stamp(0.1)));
+  tracking_.estimate(map_.rig(), {});
+  tracking_.accept();
+  const Eigen::Vector3d shift(0.3, 0, 0);
+  SE3 moved = motion_.pose(0);
+  moved.translation += shift;
+  map_.set_pose({0}, moved);
+  tracking_.follow(map_);
+  const auto predicted = tracking_.predict(stamp(0.2));
+  ASSERT_TRUE(predicted);
+  EXPECT_NEAR(error(*predicted, 0.2), 0.3, 0.01);
+}
+
+TEST_F(InertialTrackingTest, BeginsAgainWithoutAVelocity) {
+  tracking_.follow(map_);
+  tracking_.forget();
+  tracking_.follow(map_);
+  EXPECT_FALSE(tracking_.predict(stamp(1)));
+  tracking_.restart(stamp(1), motion_.pose(1));
+  for (int i = 1; i <= 20; ++i) {
+    tracking_.follow(map_);
+    ASSERT_TRUE(tracking_.predict(stamp(1 + 0.05 * i)));
+    tracking_.estimate(map_.rig(), look(1 + 0.05 * i));
+    tracking_.accept();
+  }
+  EXPECT_LT((tracking_.state()->velocity - motion_.state(2).velocity).norm(), 0.05);
+}
+
+TEST(InertialTrackingOptions, RefuseWhatMakesNoSense) {
+  InertialTrackingOptions options;
+  options.velocity_sigma = 0;
+  EXPECT_THROW(InertialTracking(kSensor, options), InputError);
+  options = {};
+  options.max_interval = 0;
+  EXPECT_THROW(InertialTracking(kSensor, options), InputError);
+}
+
+}  // namespace
+}  // namespace rover

@@ -76,7 +76,7 @@ TEST(InertialRun, NeedsAnInertialSensor) {
   const TestFolder output;
   const Outcome outcome = call({"--dataset", sequence_folder("tum_rgbd/freiburg1_xyz").string(),
                                 "--mode", "mono-inertial", "--output", output.path().string()});
-  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("inertial"));
 }
 

@@ -11,5 +11,6 @@ void add_evaluate(CLI::App& program);
 void add_benchmark(CLI::App& program);
 void add_match(CLI::App& program);
 void add_simulate(CLI::App& program);
+void add_check(CLI::App& program);
 
 }  // namespace rover

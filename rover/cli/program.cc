@@ -16,7 +16,8 @@ namespace {
 constexpr int kInternalError = 1;
 constexpr int kUserError = 2;
 
-constexpr auto kCommands = {add_run, add_evaluate, add_benchmark, add_match, add_simulate};
+constexpr auto kCommands = {add_run,   add_evaluate, add_benchmark,
+                            add_match, add_simulate, add_check};
 
 std::string on_one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -34,6 +35,8 @@ int parse_and_run(CLI::App& program, int argc, const char* const* argv) {
     // Not by require_subcommand, which would hide the name of an unknown one.
     if (!program.get_subcommands().empty()) return 0;
     return fail(kUserError, "a subcommand is required; see rover --help");
+  } catch (const CLI::RuntimeError& error) {  // a command's own exit status
+    return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     return fail(kUserError, fmt::format("{}; see rover --help", error.what()));

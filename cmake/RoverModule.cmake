@@ -36,6 +36,8 @@ function(rover_module name)
   endif()
 endfunction()
 
+# With the address sanitizer Eigen allocates in a way of its own, and what OpenGV (Debian's build)
+# hands over could not be freed: it is told that malloc is aligned, as it is without the sanitizer.
 # Warnings are errors; sanitizers when asked for. GCC 12 takes std::string's operator+ for
 # overlapping memory (its bug 105651), and with sanitizers sees uninitialised values in Eigen.
 function(rover_compile_options target)
@@ -44,6 +46,7 @@ function(rover_compile_options target)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
   if(ROVER_SANITIZE)
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    target_compile_definitions(${target} PUBLIC EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_compile_options(${target} PUBLIC -fsanitize=${ROVER_SANITIZE} -fno-omit-frame-pointer
       -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${ROVER_SANITIZE})

@@ -1,14 +1,15 @@
 // rover check: a dataset looked over before it is used, in plain words.
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "rover/base/error.h"
 #include "rover/cli/commands.h"
 #include "rover/diagnosis/dataset_check.h"
+#include "rover/slam/mode.h"
 
 namespace rover {
 namespace {
@@ -30,13 +31,9 @@ DatasetOptions input_of(const CheckOptions& options) {
   if (!options.imu_calibration.empty()) input.imu_calibration = options.imu_calibration;
   input.frame_rate = options.frame_rate;
   if (options.mode == "auto") return with_all_sensors(input);
-  const bool inertial = options.mode.ends_with("-inertial");
-  const std::string cameras = options.mode.substr(0, options.mode.find('-'));
-  require((inertial || cameras == options.mode) && (cameras == "mono" || cameras == "stereo"),
-          "--mode '{}' is not known; use auto, mono, stereo, mono-inertial or stereo-inertial",
-          options.mode);
-  input.stereo = cameras == "stereo";
-  input.inertial = inertial;
+  const Mode mode = parse_mode(options.mode);
+  input.stereo = is_stereo(mode);
+  input.inertial = is_inertial(mode);
   return input;
 }
 

@@ -1,5 +1,7 @@
 #include "rover/diagnosis/dataset_check.h"
 
+#include <algorithm>
+
 #include "rover/base/error.h"
 #include "rover/diagnosis/calibration_check.h"
 #include "rover/diagnosis/clock_check.h"

@@ -11,8 +11,8 @@
 
 namespace rover {
 
-// The content of a text file, unpacked if it was packed with gzip. Throws InputError if it cannot be
-// read, is cut off or is larger than 1 GiB.
+// The content of a text file, unpacked if it was packed with gzip. Throws InputError if it cannot
+// be read, is cut off or is larger than 1 GiB.
 std::string read_text_file(const std::filesystem::path& file);
 
 // One line of a text file that is neither empty nor a comment ('#'). Fields point into the text.

@@ -88,7 +88,8 @@ TEST(Trajectory, RefusesOtherFiles) {
 
 TEST(Trajectory, ReadsGroundTruthsPackedOrNot) {
   const TestFolder folder;
-  folder.write("t.csv", "#timestamp, p, q\n1500000000,1,2,3,0,1,0,0,9,9,9\n1600000000,4,5,6,1,0,0,0");
+  folder.write("t.csv",
+               "#timestamp, p, q\n1500000000,1,2,3,0,1,0,0,9,9,9\n1600000000,4,5,6,1,0,0,0");
   folder.write("t.txt", "1.5 1 2 3 1 0 0 0\n1.6 4 5 6 0 0 0 1\n");
   const Trajectory expected = read_trajectory(folder / "t.txt");
   ASSERT_THAT(expected, SizeIs(2));

@@ -36,11 +36,11 @@ struct RetiredKeyframe {
 
 // What inertial data have made of a map.
 struct InertialStatus {
-  bool aligned = false;       // gravity, velocities and biases are known, and the scale is metric
-  Timestamp begin = 0;        // of the keyframe at which it was aligned
-  Timestamp refined = 0;      // of the keyframe at which the whole map was last adjusted
-  int refinements = 0;        // adjustments of the whole map since it was aligned
-  double scale_sigma = 0;     // relative, posterior standard deviation
+  bool aligned = false;    // gravity, velocities and biases are known, and the scale is metric
+  Timestamp begin = 0;     // of the keyframe at which it was aligned
+  Timestamp refined = 0;   // of the keyframe at which the whole map was last adjusted
+  int refinements = 0;     // adjustments of the whole map since it was aligned
+  double scale_sigma = 0;  // relative, posterior standard deviation
 };
 
 // A keyframe and the number of landmarks it shares with another.

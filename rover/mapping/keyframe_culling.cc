@@ -24,10 +24,9 @@ void CullingGaps::check() const {
 bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const CullingGaps& gaps) {
   const Keyframe& keyframe = map.at(candidate);
   if (!keyframe.previous.valid() || !keyframe.next.valid()) return true;
-  const double gap = seconds_between(map.at(keyframe.previous).frame.time,
-                                     map.at(keyframe.next).frame.time);
-  const bool recent =
-      !map.inertial().aligned || is_recent(map, candidate, newest, gaps.window);
+  const double gap =
+      seconds_between(map.at(keyframe.previous).frame.time, map.at(keyframe.next).frame.time);
+  const bool recent = !map.inertial().aligned || is_recent(map, candidate, newest, gaps.window);
   return gap > (recent ? gaps.recent : gaps.old);
 }
 

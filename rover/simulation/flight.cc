@@ -65,9 +65,9 @@ void check_path(const FlightVolume& volume) {
           "flight: the path is shorter than 1 m");
   require(volume.path_radius >= kSmallestRoom, "flight: the path is narrower than 10 cm");
   for (const Eigen::Vector3d& point : volume.path) {
-    require((point.array() >= volume.min.array()).all() &&
-                (point.array() <= volume.max.array()).all(),
-            "flight: the path leaves the box");
+    require(
+        (point.array() >= volume.min.array()).all() && (point.array() <= volume.max.array()).all(),
+        "flight: the path leaves the box");
   }
 }
 

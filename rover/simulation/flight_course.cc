@@ -126,8 +126,8 @@ std::vector<T> smooth(const std::vector<T>& values, double sigma) {
   for (int i = 0; i <= last; ++i) {
     T sum = weights[reach] / total * values[i];
     for (int k = 1; k <= reach; ++k) {
-      sum += weights[reach + k] / total *
-             (values[std::max(i - k, 0)] + values[std::min(i + k, last)]);
+      sum +=
+          weights[reach + k] / total * (values[std::max(i - k, 0)] + values[std::min(i + k, last)]);
     }
     smoothed.push_back(sum);
   }
@@ -203,9 +203,8 @@ std::vector<SE3> wobbled(const Course& course, const FlightManner& manner,
     const double time = (static_cast<double>(i) - 2) * kStep;
     const double strength = 1 + (kStartStrength - 1) * std::exp(-std::pow(time / kStartTime, 2));
     const Eigen::Vector3d turn = strength * nodding * nod(time);
-    control.emplace_back(
-        look(course.headings[i] + turn.x(), turn.y() - kDownwards, 0.7 * turn.z()),
-        course.positions[i] + strength * wobble.cwiseProduct(sway(time)));
+    control.emplace_back(look(course.headings[i] + turn.x(), turn.y() - kDownwards, 0.7 * turn.z()),
+                         course.positions[i] + strength * wobble.cwiseProduct(sway(time)));
   }
   return control;
 }

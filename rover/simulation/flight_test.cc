@@ -14,10 +14,10 @@ namespace {
 const FlightVolume kRoom = {{-3.2, -2, 0.5}, {3, 2.5, 2.3}, {}, false, 0};
 
 // A corridor around a block, and one with a bend.
-const FlightVolume kLoop = {{-1, -1, 0}, {13, 9, 3},
-                            {{0, 0, 1.5}, {12, 0, 1.5}, {12, 8, 1.5}, {0, 8, 1.5}}, true, 0.6};
-const FlightVolume kBend = {{-1, -1, 1}, {31, 21, 2}, {{0, 0, 1.5}, {30, 0, 1.5}, {30, 20, 1.5}},
-                            false, 0.8};
+const FlightVolume kLoop = {
+    {-1, -1, 0}, {13, 9, 3}, {{0, 0, 1.5}, {12, 0, 1.5}, {12, 8, 1.5}, {0, 8, 1.5}}, true, 0.6};
+const FlightVolume kBend = {
+    {-1, -1, 1}, {31, 21, 2}, {{0, 0, 1.5}, {30, 0, 1.5}, {30, 20, 1.5}}, false, 0.8};
 
 constexpr FlightStyle kStyles[] = {FlightStyle::kSmooth, FlightStyle::kAggressive,
                                    FlightStyle::kShaking, FlightStyle::kHover};
@@ -32,8 +32,8 @@ double distance_to_path(const Eigen::Vector3d& p, const FlightVolume& volume) {
   const std::size_t count = volume.path.size();
   double distance = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + (volume.closed ? 0 : 1) < count; ++i) {
-    distance = std::min(distance,
-                        distance_to_segment(p, volume.path[i], volume.path[(i + 1) % count]));
+    distance =
+        std::min(distance, distance_to_segment(p, volume.path[i], volume.path[(i + 1) % count]));
   }
   return distance;
 }

@@ -19,8 +19,7 @@ constexpr double kKnotsPerGap = 0.6;  // without inertial data: knot intervals i
 // --- the part of the ground truth to fit --------------------------------------------------------
 
 double duration_of(const Trajectory& trajectory) {
-  return trajectory.empty() ? 0
-                            : seconds_between(trajectory.front().time, trajectory.back().time);
+  return trajectory.empty() ? 0 : seconds_between(trajectory.front().time, trajectory.back().time);
 }
 
 // Poses within the times; both may reach beyond the trajectory.
@@ -124,8 +123,8 @@ SplineMotion turned(const SplineMotion& motion, const Eigen::Quaterniond& rotati
 }
 
 // The part below a frequency, by a sinc under a Hann window of eight of its periods.
-std::vector<Eigen::Vector3d> low_pass(const std::vector<Eigen::Vector3d>& values,
-                                      double frequency, double rate) {
+std::vector<Eigen::Vector3d> low_pass(const std::vector<Eigen::Vector3d>& values, double frequency,
+                                      double rate) {
   const int reach = static_cast<int>(4 * rate / frequency);
   std::vector<double> kernel;
   for (int k = 0; k <= reach; ++k) {
@@ -166,9 +165,9 @@ void MotionFitOptions::check() const {
   require(knot_interval >= 0.005 && knot_interval <= 1,
           "flight: the knot interval must lie between 5 ms and 1 s");
   require(gravity > 0, "flight: gravity must be positive");
-  require(position_sigma > 0 && rotation_sigma > 0 && gyroscope_sigma > 0 &&
-              accelerometer_sigma > 0,
-          "flight: standard deviations must be positive");
+  require(
+      position_sigma > 0 && rotation_sigma > 0 && gyroscope_sigma > 0 && accelerometer_sigma > 0,
+      "flight: standard deviations must be positive");
   require(bias_interval > 0, "flight: the interval of biases must be positive");
   require(max_iterations >= 1, "flight: needs an iteration or more");
 }
@@ -181,12 +180,11 @@ FittedMotion fit_motion(const Trajectory& ground_truth, const std::vector<ImuSam
   problem.solve();
   const Eigen::Vector3d down = problem.gravity();
   const auto upright = Eigen::Quaterniond::FromTwoVectors(down, -Eigen::Vector3d::UnitZ());
-  return {turned(problem.motion(), upright), part.front().time,  problem.time_offset(),
-          so3_log(upright).norm(),           problem.biases(), summarize(problem)};
+  return {turned(problem.motion(), upright), part.front().time, problem.time_offset(),
+          so3_log(upright).norm(),           problem.biases(),  summarize(problem)};
 }
 
-ImuRecording real_imu(const FittedMotion& fit, const std::vector<ImuSample>& imu,
-                      Timestamp epoch) {
+ImuRecording real_imu(const FittedMotion& fit, const std::vector<ImuSample>& imu, Timestamp epoch) {
   ImuRecording recording;
   for (ImuSample sample : imu) {
     const double seconds = seconds_between(fit.origin, sample.time);

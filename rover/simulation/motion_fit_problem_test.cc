@@ -23,8 +23,8 @@ TEST(SplineJacobians, AgreeWithDifferences) {
         SE3& moved = control[first + j];
         moved.rotation = moved.rotation * so3_exp(kStep * Eigen::Vector3d::Unit(axis));
         const MotionState other = SplineMotion(0, 0.1, control).at(t);
-        const Eigen::Vector3d turn = so3_log(state.world_from_body.rotation.conjugate() *
-                                             other.world_from_body.rotation);
+        const Eigen::Vector3d turn =
+            so3_log(state.world_from_body.rotation.conjugate() * other.world_from_body.rotation);
         EXPECT_LT((turn / kStep - jacobians.orientation[j].col(axis)).norm(), 1e-5);
         const Eigen::Vector3d faster = other.angular_velocity - state.angular_velocity;
         EXPECT_LT((faster / kStep - jacobians.angular_velocity[j].col(axis)).norm(), 1e-4);

@@ -96,8 +96,7 @@ TEST(MotionFit, FollowsTheMotionUpright) {
 
 TEST(MotionFit, LeavesVibrationOnly) {
   const Recording& flight = recording();
-  const MotionFitResiduals left =
-      fit_motion(flight.ground_truth, flight.imu.samples).residuals;
+  const MotionFitResiduals left = fit_motion(flight.ground_truth, flight.imu.samples).residuals;
   EXPECT_LT(left.position, 0.002);
   EXPECT_LT(left.rotation, 0.002);
   EXPECT_NEAR(left.accelerometer, 1, 0.05);
@@ -206,15 +205,21 @@ TEST_P(RealFlights, AgreeWithTheirInertialData) {
 
 INSTANTIATE_TEST_SUITE_P(
     Sequences, RealFlights,
-    ::testing::Values(
-        RealFlight{"euroc_imu_gt/V1_01_easy/state_groundtruth_estimate0/data.csv.gz",
-                   "euroc_imu_gt/V1_01_easy/imu0/data.csv.gz", 140, 0.003, 0.1},
-        RealFlight{"euroc_imu_gt/V1_02_medium/state_groundtruth_estimate0/data.csv.gz",
-                   "euroc_imu_gt/V1_02_medium/imu0/data.csv.gz", 80, 0.004, 0.1},
-        RealFlight{"euroc_imu_gt/MH_03_medium/groundtruth_tum.txt.gz",
-                   "euroc_imu_gt/MH_03_medium/imu0/data.csv.gz", 130, 0.005, 0.25},
-        RealFlight{"tumvi_imu_gt/room1/groundtruth_tum.txt.gz", "tumvi_imu_gt/room1/imu0.csv.gz",
-                   40, 0.004, 0.03}));
+    ::testing::Values(RealFlight{"euroc_imu_gt/V1_01_easy/state_groundtruth_estimate0/data.csv.gz",
+                                 "euroc_imu_gt/V1_01_easy/imu0/data.csv.gz", 140, 0.003, 0.1},
+                      RealFlight{
+                          "euroc_imu_gt/V1_02_medium/state_groundtruth_estimate0/data.csv.gz",
+                          "euroc_imu_gt/V1_02_medium/imu0/data.csv.gz", 80, 0.004, 0.1},
+                      RealFlight{"euroc_imu_gt/MH_03_medium/groundtruth_tum.txt.gz",
+                                 "euroc_imu_gt/MH_03_medium/imu0/data.csv.gz", 130, 0.005, 0.25},
+                      RealFlight{"tumvi_imu_gt/room1/groundtruth_tum.txt.gz",
+                                 "tumvi_imu_gt/room1/imu0.csv.gz", 40, 0.004, 0.03}),
+    [](const auto& instance) {
+      std::string name = instance.param.ground_truth;  // letters, digits and underscores only
+      name = name.substr(name.find('/') + 1);
+      name.resize(name.find('/'));
+      return name;
+    });
 
 }  // namespace
 }  // namespace rover

@@ -48,10 +48,10 @@ TEST(SplineMotion, DerivativesAreThoseOfThePose) {
                     .norm(),
                 1e-7);
       EXPECT_LT((slope(before.velocity, after.velocity) - state.acceleration).norm(), 1e-6);
-      EXPECT_LT((slope(before.angular_velocity, after.angular_velocity) -
-                 state.angular_acceleration)
-                    .norm(),
-                1e-6);
+      EXPECT_LT(
+          (slope(before.angular_velocity, after.angular_velocity) - state.angular_acceleration)
+              .norm(),
+          1e-6);
     }
   }
 }

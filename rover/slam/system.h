@@ -60,7 +60,8 @@ class System {
   // Waits until mapping has done all it was given.
   void finish();
 
-  // Adjusts the whole of the map with most frames, with inertial data where it is aligned. Returns ms taken; 0 without a map.
+  // Adjusts the whole of the map with most frames, with inertial data where it is aligned. Returns
+  // ms taken; 0 without a map.
   double adjust_largest_map();
 
   // Forgets everything, as if just made.

@@ -43,8 +43,8 @@ bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& optio
   if (!evidence.inertial) return false;
   constexpr double kTolerance = 1e-3;  // s: stamps jitter
   const double gap = evidence.aligned ? options.max_gap : options.max_gap_waiting;
-  const bool moving = evidence.parallax > options.moving_parallax ||
-                      evidence.rotation > options.moving_rotation;
+  const bool moving =
+      evidence.parallax > options.moving_parallax || evidence.rotation > options.moving_rotation;
   return moving && evidence.seconds_since_keyframe > gap - kTolerance;
 }
 

@@ -121,8 +121,12 @@ SE3 Tracker::predict(Timestamp time) {
 
 AnchoredPose Tracker::anchor(const Map& map, const Frame& frame, KeyframeId reference) const {
   const SE3& world_from_reference = map.at(reference).world_from_body();
-  return {frame.id, frame.time, map.id(), reference,
-          world_from_reference.inverse() * frame.world_from_body, map.scale()};
+  return {frame.id,
+          frame.time,
+          map.id(),
+          reference,
+          world_from_reference.inverse() * frame.world_from_body,
+          map.scale()};
 }
 
 void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result) {

@@ -43,9 +43,9 @@ void Tracker::begin_mono_map(Frame frame, TrackingResult& result) {
   const Frame second = views->second;
   auto trial = std::make_shared<SharedMap>(atlas_->blank_map());
   const KeyframeId keyframe = trial->commit([&](Map& map) {
-    const KeyframeId built = build_initial_map(
-        map, std::move(*views), options_.initialization.min_matches, options_.refinement,
-        options_.weighting, options_.initial_adjustment);
+    const KeyframeId built =
+        build_initial_map(map, std::move(*views), options_.initialization.min_matches,
+                          options_.refinement, options_.weighting, options_.initial_adjustment);
     if (built.valid()) enter_inertia(map, built);
     return built;
   });

@@ -41,7 +41,7 @@ struct TrackingResult {
   SE3 last_from_body;  // motion since the last frame that was placed, both seen through the same
                        // map; identity where there is none
   bool metric = true;  // inertial modes: the map is aligned (gravity and scale are known)
-  std::optional<InertialState> inertial;  // inertial modes, aligned map
+  std::optional<InertialState> inertial;              // inertial modes, aligned map
   Matrix15d inertial_covariance = Matrix15d::Zero();  // of it
   int epoch = 0;
   int features = 0;

@@ -189,7 +189,9 @@ double Rig::baseline() const {
 
 Rig Rig::in_camera_frame() const {
   Rig moved = *this;
-  for (SE3& pose : moved.body_from_camera) pose = body_from_camera[0].inverse() * pose;
+  const SE3 camera0_from_body = body_from_camera.at(0).inverse();
+  for (SE3& pose : moved.body_from_camera) pose = camera0_from_body * pose;
+  moved.body_from_camera[0] = SE3();  // without rounding
   return moved;
 }
 

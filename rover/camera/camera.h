@@ -67,7 +67,8 @@ struct Rig {
   int size() const { return static_cast<int>(cameras.size()); }
   // Distance between cameras 0 and 1 in metres; 0 for one camera.
   double baseline() const;
-  // The same rig with the body frame moved into camera 0, as visual modes want it.
+  // The same rig with the body frame moved into camera 0, as visual modes want it. Poses of the
+  // body then need move_frame(trajectory, body_from_camera[0]) with the rig as it was.
   Rig in_camera_frame() const;
 };
 

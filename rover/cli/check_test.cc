@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rover/base/thread_pool.h"
-#include "rover/cli/program.h"
+#include "rover/cli/test_program.h"
 #include "rover/datasets/test_folder.h"
 #include "rover/datasets/test_sequences.h"
 #include "rover/networks/runtime.h"
@@ -26,28 +26,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-struct Outcome {
-  int status = 0;
-  std::string out, err;
-};
-
 Outcome call(const std::vector<std::string>& arguments) {
-  std::vector<const char*> argv = {"rover", "check"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.status = run_program(static_cast<int>(argv.size()), argv.data());
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.err = testing::internal::GetCapturedStderr();
-  return outcome;
-}
-
-bool have_models() {
-  const auto folders = model_folders();
-  return std::any_of(folders.begin(), folders.end(), [](const fs::path& folder) {
-    return fs::exists(folder / "lighterglue.json");
-  });
+  return call_subcommand("check", arguments);
 }
 
 // Two cameras, turned against the inertial sensor as on many robots: the body's x is forward.

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "rover/cli/program.h"
+#include "rover/cli/test_program.h"
 #include "rover/datasets/dataset.h"
 #include "rover/datasets/test_sequences.h"
 #include "rover/evaluation/judgement.h"
@@ -27,31 +27,9 @@ constexpr const char* kClip = "euroc/V1_01_clip";
 constexpr const char* kDesk = "tum_rgbd/freiburg1_xyz";
 constexpr const char* kStreet = "kitti/00_first201";
 
-struct Outcome {
-  int status = 0;
-  std::string err;
-};
-
 using Arguments = std::vector<std::string>;
 
-inline Outcome call(const Arguments& arguments) {
-  std::vector<const char*> argv = {"rover", "run"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.status = run_program(static_cast<int>(argv.size()), argv.data());
-  outcome.err = testing::internal::GetCapturedStderr();
-  testing::internal::GetCapturedStdout();
-  return outcome;
-}
-
-inline bool have_models() {
-  const auto folders = model_folders();
-  return std::any_of(folders.begin(), folders.end(), [](const fs::path& folder) {
-    return fs::exists(folder / "lighterglue.json");
-  });
-}
+inline Outcome call(const Arguments& arguments) { return call_subcommand("run", arguments); }
 
 // Nothing if a test on a sequence can run, else why not.
 inline std::string missing(const std::string& sequence) {

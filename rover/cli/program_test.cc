@@ -1,4 +1,4 @@
-#include "rover/cli/program.h"
+#include "rover/cli/test_program.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,23 +14,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-struct Outcome {
-  int status = 0;
-  std::string out;
-  std::string err;
-};
-
-Outcome call(std::vector<std::string> arguments) {
-  std::vector<const char*> argv = {"rover"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.status = run_program(static_cast<int>(argv.size()), argv.data());
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.err = testing::internal::GetCapturedStderr();
-  return outcome;
-}
+Outcome call(const std::vector<std::string>& arguments) { return call_program(arguments); }
 
 void expect_user_error(const Outcome& outcome, const std::string& part) {
   EXPECT_EQ(outcome.status, 2);

@@ -205,7 +205,7 @@ void run(const RunOptions& options) {
   const auto dataset = open_input(options, mode);
   const fs::path output = prepare_output(options.output);
   for (const std::string& note : dataset->notes()) std::cerr << "note: " << note << '\n';
-  const Rig rig = is_inertial(mode) ? dataset->rig() : rebase_to_camera0(dataset->rig());
+  const Rig rig = is_inertial(mode) ? dataset->rig() : dataset->rig().in_camera_frame();
   System system(config, rig, mode, read_mask(options.mask), dataset->imu_calibration());
   RunRecorder recorder;
   RunFacts facts = Run(options, mode, *dataset, system).execute(recorder);

@@ -105,14 +105,6 @@ std::unique_ptr<Dataset> open_dataset(const DatasetOptions& options) {
   }
 }
 
-Rig rebase_to_camera0(const Rig& rig) {
-  Rig rebased = rig;
-  const SE3 camera0_from_body = rig.body_from_camera.at(0).inverse();
-  for (SE3& pose : rebased.body_from_camera) pose = camera0_from_body * pose;
-  rebased.body_from_camera[0] = SE3();
-  return rebased;
-}
-
 Rig choose_cameras(const RigCalibration& calibration, const DatasetOptions& options,
                    const fs::path& file) {
   const std::size_t count = options.stereo ? 2 : 1;

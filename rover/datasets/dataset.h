@@ -39,7 +39,7 @@ class Dataset {
   virtual ~Dataset() = default;
 
   // The cameras whose images next() delivers (one; two where stereo was asked for). The body frame
-  // is the inertial sensor's where there is one, else camera 0's: see rebase_to_camera0.
+  // is the inertial sensor's where there is one, else camera 0's: see Rig::in_camera_frame.
   virtual const Rig& rig() const = 0;
   // Nothing unless inertial data were asked for.
   virtual const std::optional<ImuCalibration>& imu_calibration() const = 0;
@@ -80,10 +80,6 @@ struct DatasetOptions {
 // Throws InputError for anything that makes the whole dataset unusable. Single lines, stamps or
 // images that are bad are left out and described.
 std::unique_ptr<Dataset> open_dataset(const DatasetOptions& options);
-
-// The same cameras with camera 0 as body frame, as visual modes want it. Poses of the ground truth
-// then need move_frame(trajectory, rig.body_from_camera[0]) with the rig as it was.
-Rig rebase_to_camera0(const Rig& rig);
 
 // The same stream, with up to `depth` (at least 1) frames read ahead on a thread of its own, which
 // begins at the first next().

@@ -239,7 +239,7 @@ TEST(Dataset, RebasesTheRigToCameraZero) {
   auto options = options_for(folder);
   options.stereo = true;
   const Rig rig = open_dataset(options)->rig();
-  const Rig rebased = rebase_to_camera0(rig);
+  const Rig rebased = rig.in_camera_frame();
   EXPECT_EQ(rebased.body_from_camera[0].translation, Eigen::Vector3d::Zero());
   const SE3 expected = rig.body_from_camera[0].inverse() * rig.body_from_camera[1];
   EXPECT_LT((rebased.body_from_camera[1].matrix() - expected.matrix()).norm(), 1e-12);

@@ -95,8 +95,8 @@ Rig read_own_rig(const DatasetOptions& options, cv::Size size) {
 
 Rig read_rig(const DatasetOptions& options, const ImagesByNumber& images) {
   if (!options.calibration) return read_own_rig(options, find_image_size(images));
-  return rebase_to_camera0(
-      choose_cameras(read_rig_calibration(*options.calibration), options, *options.calibration));
+  const RigCalibration calibration = read_rig_calibration(*options.calibration);
+  return choose_cameras(calibration, options, *options.calibration).in_camera_frame();
 }
 
 struct FrameTime {

@@ -73,7 +73,7 @@ struct VisualRun {
 VisualRun track(DatasetOptions input, const TimeSpan& span, const Config& config, Mode mode) {
   input.stereo = mode == Mode::kStereo;
   SpanReader reader(input, span);
-  System system(config, rebase_to_camera0(reader.rig()), mode);
+  System system(config, reader.rig().in_camera_frame(), mode);
   VisualRun run;
   while (const auto frame = reader.next()) {
     system.add_images(frame->time, frame->images[0],

@@ -68,7 +68,7 @@ double reprojection_rms(const Map& map) {
 
 void print_run(const std::string& path, rover::Mode mode) {
   const auto dataset = open(path, mode == rover::Mode::kStereo);
-  rover::System system(rover::Config(), rover::rebase_to_camera0(dataset->rig()), mode);
+  rover::System system(rover::Config(), dataset->rig().in_camera_frame(), mode);
   Mean matches, inliers;
   while (const auto frame = dataset->next()) {
     if (!frame->usable()) continue;

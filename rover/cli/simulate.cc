@@ -29,7 +29,7 @@ constexpr Timestamp kEpoch = 1'700'000'000 * kNanosecondsPerSecond;
 struct SimulateOptions {
   std::string output, scene = "room", rig = "euroc", motion = "smooth", lighting = "constant";
   std::string texture = "rich", textures, along, imu, cache;
-  bool overwrite = false, real_imu = false;
+  bool overwrite = false, real_imu = false, synthetic_imu = false;
   double duration = 0, start = 0, still = 0;
   double rate = 20, imu_rate = 200, exposure = 4, rolling_shutter = 0;
   int samples = 4, moving_objects = 0, threads = 2;
@@ -108,8 +108,9 @@ Flight fly_along(const SimulateOptions& options) {
   flight.motion = fit.motion;
   flight.epoch = fit.origin;
   flight.calibration = imu_options(options).calibration;
-  flight.imu = imu.empty() ? synthesize_imu(fit.motion, fit.origin, imu_options(options))
-                           : real_imu(fit, imu, fit.origin);
+  flight.imu = imu.empty() || options.synthetic_imu
+                   ? synthesize_imu(fit.motion, fit.origin, imu_options(options))
+                   : real_imu(fit, imu, fit.origin);
   return flight;
 }
 
@@ -209,6 +210,8 @@ void check(const SimulateOptions& options, const SequenceOptions& sequence) {
   require(!options.along.empty() || (options.imu.empty() && !options.real_imu),
           "--imu and --real-imu go with --along FILE");
   require(options.imu.empty() || !options.real_imu, "give either --imu FILE or --real-imu");
+  require(!options.synthetic_imu || options.real_imu || !options.imu.empty(),
+          "--synthetic-imu goes with --real-imu or --imu FILE");
   require(options.along.empty() || options.still == 0, "--still does not go with --along");
   require(sequence.overwrite || !fs::exists(sequence.output),
           "--output {}: exists already; choose another folder or give --overwrite", options.output);
@@ -266,6 +269,8 @@ void add_motion_options(CLI::App* command, SimulateOptions& options) {
   command->add_option("--start", options.start, "Begin so many s into that ground truth");
   command->add_option("--imu", options.imu, "Real inertial data of that flight");
   command->add_flag("--real-imu", options.real_imu, "The same, from the imu0 beside it");
+  command->add_flag("--synthetic-imu", options.synthetic_imu,
+                    "With either: they shape the motion, but made ones are written");
 }
 
 void add_sensor_options(CLI::App* command, SimulateOptions& options) {

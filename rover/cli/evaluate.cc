@@ -9,10 +9,12 @@
 #include "rover/cli/commands.h"
 #include "rover/datasets/atomic_file.h"
 #include "rover/datasets/dataset.h"
+#include "rover/evaluation/live_judgement.h"
 #include "rover/evaluation/report.h"
 #include "rover/evaluation/run_folder.h"
 #include "rover/evaluation/run_report.h"
 #include "rover/evaluation/svg.h"
+#include "rover/evaluation/text_table.h"
 #include "rover/evaluation/trajectory_svg.h"
 
 namespace rover {
@@ -25,7 +27,7 @@ struct EvaluateOptions {
   std::string run, dataset, format = "auto", calibration;
   std::string estimate, reference, output;
   std::vector<std::string> peers;  // NAME=FILE
-  double max_difference = 0.02;    // s
+  LiveOptions live;
   bool json = false;
   bool report = false;
 };
@@ -85,12 +87,12 @@ NamedTrajectory cut_to(const std::optional<Offered>& offered, double slack, Name
 void judge_all(const EvaluateOptions& options, const std::optional<Offered>& offered,
                Evaluation& evaluation) {
   for (const std::string& peer : options.peers) {
-    evaluation.estimates.push_back(cut_to(offered, options.max_difference, read_peer(peer)));
+    evaluation.estimates.push_back(cut_to(offered, options.live.max_difference, read_peer(peer)));
   }
   Json& list = evaluation.json["trajectories"] = Json::object();
   for (const auto& [name, trajectory] : evaluation.estimates) {
     evaluation.judgements.push_back(
-        judge(name, trajectory, evaluation.reference, options.max_difference, offered));
+        judge(name, trajectory, evaluation.reference, options.live.max_difference, offered));
     list[name] = to_json(evaluation.judgements.back());
   }
 }
@@ -208,6 +210,15 @@ std::string format_timing(const RunFolder& run) {
   return text;
 }
 
+// Of modes that know scale: how good the poses were when they came. Text for people.
+std::string judge_live_poses(const EvaluateOptions& options, const RunFolder& run,
+                             Evaluation& evaluation) {
+  if (run.monocular()) return "";
+  const LiveJudgement live = judge_live(run, evaluation.reference, options.live);
+  evaluation.json["live"] = to_json(live, options.live);
+  return format_rows(live_rows(live, options.live)) + "\n";
+}
+
 void evaluate_run(const EvaluateOptions& options) {
   const RunFolder run = read_run_folder(options.run);
   print_notes(run.notes);
@@ -218,6 +229,7 @@ void evaluate_run(const EvaluateOptions& options) {
   evaluation.estimates.push_back({"final", run.final});
   if (!run.causal.empty()) evaluation.estimates.push_back({"causal", run.causal});
   judge_all(options, run.offered, evaluation);
+  const std::string live = judge_live_poses(options, run, evaluation);
   evaluation.reference = crop(evaluation.reference, evaluation.estimates);
   write_results(output_folder(options), evaluation);
   write_aligned(output_folder(options), evaluation);
@@ -228,7 +240,7 @@ void evaluate_run(const EvaluateOptions& options) {
   }
   std::cout << fmt::format("mode {}, poses of {}\n\n", run.mode, run.pose_frame)
             << format_table(evaluation.judgements, evaluation.report) << '\n'
-            << format_timing(run);
+            << live << format_timing(run);
 }
 
 // A run without ground truth: what it says of itself.
@@ -265,7 +277,7 @@ void evaluate(const EvaluateOptions& options) {
   require(run != files && (run || options.run.empty()) && (files || options.estimate.empty()),
           "evaluate needs either --run DIR and --dataset DIR, or --estimate FILE and --reference "
           "FILE");
-  require(options.max_difference >= 0, "--max-difference must not be negative");
+  options.live.check();
   if (run) {
     evaluate_run(options);
   } else {
@@ -285,8 +297,10 @@ void add_evaluate(CLI::App& program) {
   command->add_option("--estimate", options->estimate, "trajectory in TUM format");
   command->add_option("--reference", options->reference, "true trajectory in TUM format");
   command->add_option("--peer", options->peers, "NAME=FILE: another trajectory to compare with");
-  command->add_option("--max-difference", options->max_difference,
+  command->add_option("--max-difference", options->live.max_difference,
                       "seconds between poses that belong together (0.02)");
+  command->add_option("--from", options->live.from,
+                      "s into the run from which causal poses are judged apart (20)");
   command->add_option(
       "--output", options->output,
       "folder for evaluation.json, trajectory.svg and report.html (the run folder)");

@@ -1,6 +1,7 @@
 #include "rover/evaluation/benchmark_results.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 
@@ -20,6 +21,14 @@ constexpr FigureKind kKinds[] = {
     {"ate_rmse", "ATE rmse [m]", 4, false},
     {"ate_std", "ATE std [m]", 4, false},
     {"causal_ate_rmse", "causal ATE rmse [m]", 4, false},
+    {"late_causal_ate", "late causal ATE SE(3) [m]", 4, false},
+    {"early_scale_error", "causal scale error [%]", 2, false},
+    {"final_scale_error", "final scale error [%]", 2, false},
+    {"causal_step", "largest causal step [mm]", 1, false},
+    {"odometry_step", "largest odometry step [mm]", 1, false},
+    {"coverage_after", "coverage after the first pose [%]", 1, true},
+    {"gap_ate", "ATE in dead reckoning [m]", 4, false},
+    {"gap_drift", "largest drift in dead reckoning [m]", 4, false},
     {"rpe_rmse", "RPE rmse [mm]", 2, false},
     {"rpe_std", "RPE std [mm]", 2, false},
     {"rpe_rotation_rmse", "RPE rmse [deg]", 4, false},
@@ -58,6 +67,37 @@ void take_errors(const Json& trajectory, const std::string& headline, Figures& f
   take(trajectory, at + "/rpe_distance/rotation_deg_per_m", "rpe_deg_per_m", figures);
   take(trajectory, at + "/drift/percent", "drift_percent", figures);
   take(trajectory, "/longest_gap_s", "longest_gap", figures);
+}
+
+// Of signs only the size counts: the median of +1% and -1% is not 0.
+void take_size(const Json& json, const std::string& pointer, const std::string& key,
+               Figures& figures) {
+  take(json, pointer, key, figures);
+  if (const auto found = figures.find(key); found != figures.end()) {
+    found->second = std::abs(found->second);
+  }
+}
+
+void take_largest_drift(const Json& live, Figures& figures) {
+  if (!live.contains("dead_reckoning")) return;
+  for (const Json& gap : live["dead_reckoning"]) {
+    Figures one;
+    take(gap, "/drift_m", "gap_drift", one);
+    if (!one.empty()) figures["gap_drift"] = std::max(figures["gap_drift"], one["gap_drift"]);
+  }
+}
+
+void take_live(const Json& evaluation, Figures& figures) {
+  if (!evaluation.is_object() || !evaluation.contains("live")) return;
+  const Json& live = evaluation["live"];
+  take(live, "/late_ate_m/rmse", "late_causal_ate", figures);
+  take_size(live, "/early_scale/percent", "early_scale_error", figures);
+  take_size(live, "/final_scale/percent", "final_scale_error", figures);
+  take(live, "/causal_step/m", "causal_step", figures, 1000);
+  take(live, "/odometry_step/m", "odometry_step", figures, 1000);
+  take(live, "/coverage", "coverage_after", figures, 100);
+  take(live, "/final_gaps/inside_m/rmse", "gap_ate", figures);
+  take_largest_drift(live, figures);
 }
 
 void take_stages(const Json& summary, Figures& figures) {
@@ -170,6 +210,7 @@ Figures figures_of_run(const Json& summary, const Json& evaluation) {
   Figures figures = figures_of_trajectory(evaluation, "final");
   const Figures causal = figures_of_trajectory(evaluation, "causal");
   if (causal.contains("ate_rmse")) figures["causal_ate_rmse"] = causal.at("ate_rmse");
+  take_live(evaluation, figures);
   take(evaluation, "/initialised_after_s", "initialised_after", figures);
   take(summary, "/coverage", "coverage", figures, 100);
   take(summary, "/frame_ms/median", "frame_median", figures);

@@ -41,6 +41,23 @@ TEST(BenchmarkFigures, ComeFromTheFilesOfARun) {
   EXPECT_FALSE(figures.contains("drift_percent"));
 }
 
+TEST(BenchmarkFigures, HaveWhatCountsForLivePoses) {
+  Json evaluation = kEvaluation;
+  evaluation["live"] = Json::parse(R"({"coverage": 0.99, "late_ate_m": {"rmse": 0.02},
+    "early_scale": {"percent": -1.5}, "final_scale": {"percent": 0.5}, "causal_step": {"m": 0.03},
+    "odometry_step": {"m": 0.001}, "final_gaps": {"inside_m": {"rmse": 0.04}},
+    "dead_reckoning": [{"drift_m": 0.05}, {"drift_m": 0.07}, {"drift_m": null}]})");
+  const Figures figures = figures_of_run(kSummary, evaluation);
+  EXPECT_EQ(figures.at("late_causal_ate"), 0.02);
+  EXPECT_EQ(figures.at("early_scale_error"), 1.5);  // how far off, whichever way
+  EXPECT_EQ(figures.at("final_scale_error"), 0.5);
+  EXPECT_DOUBLE_EQ(figures.at("causal_step"), 30);
+  EXPECT_DOUBLE_EQ(figures.at("odometry_step"), 1);
+  EXPECT_DOUBLE_EQ(figures.at("coverage_after"), 99);
+  EXPECT_EQ(figures.at("gap_ate"), 0.04);
+  EXPECT_EQ(figures.at("gap_drift"), 0.07);
+}
+
 TEST(BenchmarkFigures, AreFewerWithoutGroundTruthAndForOthers) {
   const Figures blind = figures_of_run(kSummary, nullptr);
   EXPECT_FALSE(blind.contains("ate_rmse"));

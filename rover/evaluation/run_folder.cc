@@ -71,12 +71,14 @@ double number_if_any(std::string_view field) { return field.empty() ? 0 : parse_
 
 void read_frames(const fs::path& file, RunFolder& run) {
   const auto use = [&](const std::vector<std::string_view>& fields) {
-    run.frames.push_back({parse_seconds_field(fields[0]), std::string(fields[1]),
-                          number_if_any(fields[2]), number_if_any(fields[3]),
-                          number_if_any(fields[4]), number_if_any(fields[5]),
-                          number_if_any(fields[6])});
+    run.frames.push_back(
+        {parse_seconds_field(fields[0]), std::string(fields[1]), number_if_any(fields[2]),
+         number_if_any(fields[3]), number_if_any(fields[4]), number_if_any(fields[5]),
+         number_if_any(fields[6]), number_if_any(fields[7]), number_if_any(fields[8])});
   };
-  read_csv(file, {"time", "state", "features?", "matches?", "inliers?", "frame_ms?", "rss_mb?"},
+  read_csv(file,
+           {"time", "state", "features?", "matches?", "inliers?", "frame_ms?", "rss_mb?", "map?",
+            "epoch?"},
            use, run.notes);
   for (const FrameLine& frame : run.frames) {
     if (run.offered.frames == 0) run.offered.first = frame.time;
@@ -154,6 +156,7 @@ RunFolder read_run_folder(const fs::path& folder) {
   require(!run.final.empty(), "{}: the run tracked no frame; there is nothing to judge",
           folder.string());
   run.causal = read_if_any(folder / "trajectory_causal.txt", run.notes);
+  run.odometry = read_if_any(folder / "trajectory_odometry.txt", run.notes);
   run.keyframes = read_if_any(folder / "keyframes.txt", run.notes);
   read_samples(folder / "samples", run);
   read_frames(folder / "frames.csv", run);

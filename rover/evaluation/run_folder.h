@@ -28,6 +28,7 @@ struct FrameLine {
   double features = 0, matches = 0, inliers = 0;
   double frame_ms = 0;  // 0: the frame was not worked on
   double rss_mb = 0;
+  double map = 0, epoch = 0;  // which map, and how often its gauge had changed
 };
 
 // A picture of a frame with its features.
@@ -42,6 +43,7 @@ struct RunFolder {
   std::string pose_frame;  // cam0, body
   Trajectory final;
   Trajectory causal;                   // may be empty
+  Trajectory odometry;                 // may be empty
   Trajectory keyframes;                // may be empty
   std::vector<FrameLine> frames;       // in the order of frames.csv
   std::vector<SamplePicture> samples;  // in the order of time; may be empty

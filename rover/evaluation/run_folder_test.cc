@@ -43,6 +43,7 @@ TEST_F(RunFolderTest, HoldsWhatTheFilesSay) {
   EXPECT_EQ(run.offered.first, 1'000'000'000);
   EXPECT_EQ(run.offered.last, 3'500'000'000);
   EXPECT_EQ(run.states.at("ok"), 2);
+  EXPECT_EQ(run.frames[0].map, -1);
   EXPECT_EQ(run.states.at("lost"), 1);
   ASSERT_THAT(run.stages, SizeIs(2));
   EXPECT_EQ(run.stages[0].stage, "extract");

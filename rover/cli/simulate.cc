@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -13,7 +14,7 @@
 #include "rover/base/thread_pool.h"
 #include "rover/cli/commands.h"
 #include "rover/datasets/imu_file.h"
-#include "rover/simulation/flight.h"
+#include "rover/simulation/closed_flight.h"
 #include "rover/simulation/motion_fit.h"
 #include "rover/simulation/rigs.h"
 #include "rover/simulation/sequence_simulation.h"
@@ -25,12 +26,14 @@ namespace fs = std::filesystem;
 
 // A made flight begins at this time of the sensors' clock.
 constexpr Timestamp kEpoch = 1'700'000'000 * kNanosecondsPerSecond;
+constexpr double kLap = 40;  // s
 
 struct SimulateOptions {
   std::string output, scene = "room", rig = "euroc", motion = "smooth", lighting = "constant";
   std::string texture = "rich", textures, along, imu, cache;
   bool overwrite = false, real_imu = false, synthetic_imu = false;
-  double duration = 0, start = 0, still = 0;
+  double duration = 0, start = 0, still = 0, speed = 1;
+  int laps = 0;
   double rate = 20, imu_rate = 200, exposure = 4, rolling_shutter = 0;
   int samples = 4, moving_objects = 0, threads = 2;
   double calibration_error = 0;
@@ -96,20 +99,25 @@ ImuSynthesisOptions imu_options(const SimulateOptions& options) {
   return imu;
 }
 
+// The same way in less time.
+SplineMotion hurried(const SplineMotion& motion, double speed) {
+  return {motion.begin(), motion.knot_interval() / speed, motion.control()};
+}
+
 // A real flight: where a ground truth went, and what its inertial sensor read if that is wanted.
 Flight fly_along(const SimulateOptions& options) {
   const Trajectory ground_truth = read_trajectory(options.along);
   const std::vector<ImuSample> imu = read_real_imu(options);
   MotionFitOptions fit_options;
   fit_options.start = options.start;
-  fit_options.duration = options.duration;
+  fit_options.duration = options.speed * options.duration;
   const FittedMotion fit = fit_motion(ground_truth, imu, fit_options);
   Flight flight;
-  flight.motion = fit.motion;
+  flight.motion = options.speed == 1 ? fit.motion : hurried(fit.motion, options.speed);
   flight.epoch = fit.origin;
   flight.calibration = imu_options(options).calibration;
   flight.imu = imu.empty() || options.synthetic_imu
-                   ? synthesize_imu(fit.motion, fit.origin, imu_options(options))
+                   ? synthesize_imu(*flight.motion, fit.origin, imu_options(options))
                    : real_imu(fit, imu, fit.origin);
   return flight;
 }
@@ -134,17 +142,29 @@ SplineMotion shaken_at_last(const FlightVolume& volume, FlightOptions options) {
   return {smooth.begin(), smooth.knot_interval(), control};
 }
 
+double made_duration(const FlightVolume& volume, FlightStyle style,
+                     const SimulateOptions& options) {
+  if (options.duration > 0) return options.duration;
+  return options.laps > 0 ? kLap : std::max(20.0, lap_duration(volume, style));
+}
+
+SplineMotion made_motion(const FlightVolume& volume, const FlightOptions& made,
+                         const SimulateOptions& options) {
+  if (options.paper()) return shaken_at_last(volume, made);
+  if (options.laps > 0) return make_closed_flight(volume, made, options.laps);
+  return make_flight(volume, made);
+}
+
 // A made flight through what the scene leaves free.
 Flight fly_through(const FlightVolume& volume, const Rig& rig, const SimulateOptions& options) {
   FlightOptions made;
   made.style = options.still > 0 ? FlightStyle::kHover : parse_flight_style(options.motion);
   if (options.still > 0) made.still = options.still;
-  made.duration =
-      options.duration > 0 ? options.duration : std::max(20.0, lap_duration(volume, made.style));
+  made.duration = made_duration(volume, made.style, options);
   made.body_from_camera = rig.body_from_camera[0];
   made.seed = options.scene_seed;
   Flight flight;
-  flight.motion = options.paper() ? shaken_at_last(volume, made) : make_flight(volume, made);
+  flight.motion = made_motion(volume, made, options);
   flight.calibration = imu_options(options).calibration;
   flight.imu = synthesize_imu(*flight.motion, kEpoch, imu_options(options));
   return flight;
@@ -172,6 +192,16 @@ void apply_preset(SimulateOptions& options) {
   options.imu_rate = 100;
 }
 
+// Frames of a lap; each lap must show the same at its frames.
+std::size_t lap_frames(const SimulateOptions& options) {
+  if (options.laps == 0) return 0;
+  const double frames = (options.duration > 0 ? options.duration : kLap) * options.rate;
+  require(std::abs(frames - std::round(frames)) < 1e-6,
+          "--laps: a lap of --duration {} s does not hold a whole number of frames at --rate {}",
+          options.duration, options.rate);
+  return static_cast<std::size_t>(std::lround(frames));
+}
+
 bool parse_texture(const std::string& name) {
   require(name == "rich" || name == "low", "--texture '{}' is not known; use rich or low", name);
   return name == "low";
@@ -197,6 +227,7 @@ SequenceOptions sequence_options(const SimulateOptions& options) {
   sequence.lighting = parse_lighting_style(options.lighting);
   if (sequence.lighting == LightingStyle::kDim) sequence.sensor = SensorOptions::dim();
   sequence.frame_rate = options.rate;
+  sequence.lap_frames = lap_frames(options);
   sequence.calibration_error = options.calibration_error;
   sequence.reference_error.position = options.reference_error / 1000;
   sequence.seed = options.seed;
@@ -213,6 +244,15 @@ void check(const SimulateOptions& options, const SequenceOptions& sequence) {
   require(!options.synthetic_imu || options.real_imu || !options.imu.empty(),
           "--synthetic-imu goes with --real-imu or --imu FILE");
   require(options.along.empty() || options.still == 0, "--still does not go with --along");
+  require(options.speed >= 0.1 && options.speed <= 10, "--speed {}: must lie between 0.1 and 10",
+          options.speed);
+  require(options.speed == 1 || !options.along.empty(), "--speed goes with --along FILE");
+  require(options.speed == 1 || options.synthetic_imu || (options.imu.empty() && !options.real_imu),
+          "--speed: the real inertial data are those of the real speed; give --synthetic-imu");
+  require(options.laps >= 0 && options.laps <= 1000, "--laps {}: must lie between 0 and 1000",
+          options.laps);
+  require(options.laps == 0 || (options.along.empty() && options.still == 0 && !options.paper()),
+          "--laps does not go with --along, --still and --preset");
   require(sequence.overwrite || !fs::exists(sequence.output),
           "--output {}: exists already; choose another folder or give --overwrite", options.output);
   parse_flight_style(options.motion);
@@ -261,12 +301,17 @@ void add_scene_options(CLI::App* command, SimulateOptions& options) {
 
 void add_motion_options(CLI::App* command, SimulateOptions& options) {
   command->add_option("--duration", options.duration,
-                      "s; default 20, one lap in corridor and street, all with --along");
+                      "s; default 20, one lap in corridor and street, all with --along; with "
+                      "--laps of one, default 40");
   command->add_option("--motion", options.motion, "smooth, aggressive or shaking; default smooth");
   command->add_option("--still", options.still, "Seconds to stand still in the middle");
   command->add_option("--along", options.along,
                       "Fly along a ground truth: EuRoC csv or TUM text, also gzip");
   command->add_option("--start", options.start, "Begin so many s into that ground truth");
+  command->add_option("--speed", options.speed,
+                      "Fly along it so many times as fast, with made inertial data; default 1");
+  command->add_option("--laps", options.laps,
+                      "Fly a closed course in a room or hall so many times; rendered once");
   command->add_option("--imu", options.imu, "Real inertial data of that flight");
   command->add_flag("--real-imu", options.real_imu, "The same, from the imu0 beside it");
   command->add_flag("--synthetic-imu", options.synthetic_imu,

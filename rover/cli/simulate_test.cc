@@ -7,6 +7,7 @@
 #include "rover/cli/program.h"
 #include "rover/datasets/test_folder.h"
 #include "rover/datasets/test_sequences.h"
+#include "rover/datasets/trajectory.h"
 
 namespace rover {
 namespace {
@@ -59,6 +60,44 @@ TEST_F(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_THAT(error_, HasSubstr("--overwrite"));
 }
 
+TEST_F(Simulate, RendersOneLapForAll) {
+  EXPECT_EQ(simulate({"--duration", "10", "--rate", "1", "--texture", "low", "--laps", "3"}), 0)
+      << error_;
+  const auto count = [&](const std::string& folder) {
+    return std::distance(fs::directory_iterator(path(folder)), fs::directory_iterator());
+  };
+  EXPECT_EQ(count("out/mav0/cam0/data"), 31);
+  EXPECT_EQ(count("render-cache"), 10);
+  // The view is the same, the noise is not.
+  const auto image = [&](int second) {
+    return folder_.read(fmt::format("out/mav0/cam0/data/17000000{:02}000000000.png", second));
+  };
+  EXPECT_NE(image(4), image(14));
+  EXPECT_NE(image(4), image(5));
+}
+
+TEST_F(Simulate, FliesARealWayFaster) {
+  std::string truth = "#timestamp\n";
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.02 * i;
+    truth += fmt::format("{},{},{},1,1,0,0,0\n", static_cast<std::int64_t>(t * 1e9 + 0.5),
+                         std::sin(t), std::cos(t));
+  }
+  folder_.write("truth.csv", truth);
+  EXPECT_EQ(simulate({"--along", path("truth.csv"), "--speed", "2", "--duration", "3", "--rate",
+                      "2", "--texture", "low"}),
+            0)
+      << error_;
+  const Trajectory flown =
+      read_euroc_trajectory(path("out/mav0/state_groundtruth_estimate0/data.csv"));
+  EXPECT_NEAR(seconds_between(flown.front().time, flown.back().time), 3, 0.01);
+  double way = 0;
+  for (std::size_t i = 1; i < flown.size(); ++i) {
+    way += (flown[i].pose.translation - flown[i - 1].pose.translation).norm();
+  }
+  EXPECT_NEAR(way, 6, 0.05);  // at 2 m/s instead of 1
+}
+
 TEST_F(Simulate, RefusesUnknownChoices) {
   expect_refused({"--scene", "moon"}, "moon");
   expect_refused({"--lighting", "candle"}, "candle");
@@ -72,6 +111,13 @@ TEST_F(Simulate, RefusesUnknownChoices) {
   expect_refused({"--moving-objects", "-1"}, "--moving-objects");
   expect_refused({"--calibration-error", "9"}, "--calibration-error");
   expect_refused({"--real-imu"}, "--along");
+  expect_refused({"--speed", "2"}, "--along");
+  expect_refused({"--speed", "0", "--along", "x"}, "--speed");
+  expect_refused({"--speed", "2", "--along", "x", "--real-imu"}, "--synthetic-imu");
+  expect_refused({"--laps", "-1"}, "--laps");
+  expect_refused({"--laps", "2", "--along", "x"}, "--along");
+  expect_refused({"--laps", "2", "--moving-objects", "1"}, "--moving-objects");
+  expect_refused({"--laps", "2", "--duration", "10.01", "--rate", "7"}, "whole number");
 }
 
 TEST_F(Simulate, RefusesFilesThatCannotServe) {

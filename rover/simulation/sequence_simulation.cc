@@ -1,5 +1,6 @@
 #include "rover/simulation/sequence_simulation.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <mutex>
@@ -42,9 +43,10 @@ class ImageProduction {
 
   void run(ThreadPool& pool) {
     means_.resize(times_.size());
-    for_each_image(pool, [&](std::size_t frame, int camera) { render(frame, camera); });
+    for_each_image(pool, rendered(), [&](std::size_t frame, int camera) { render(frame, camera); });
     control_exposure();
-    for_each_image(pool, [&](std::size_t frame, int camera) { expose(frame, camera); });
+    for_each_image(pool, times_.size(),
+                   [&](std::size_t frame, int camera) { expose(frame, camera); });
   }
 
   const std::vector<Timestamp>& times() const { return times_; }
@@ -57,16 +59,24 @@ class ImageProduction {
     return seconds(frame) < options_.lighting_until ? options_.lighting : LightingStyle::kConstant;
   }
 
+  // The frame of the first lap that shows the same, and how many there are.
+  std::size_t in_first_lap(std::size_t frame) const {
+    return options_.lap_frames > 0 ? frame % options_.lap_frames : frame;
+  }
+  std::size_t rendered() const {
+    return options_.lap_frames > 0 ? std::min(options_.lap_frames, times_.size()) : times_.size();
+  }
+
   // Threads take image after image: some take longer than others.
   template <class Work>
-  void for_each_image(ThreadPool& pool, const Work& work) {
+  void for_each_image(ThreadPool& pool, std::size_t frames, const Work& work) {
     std::atomic<std::size_t> next{0};
-    const std::size_t count = times_.size() * cameras();
+    const std::size_t count = frames * cameras();
     pool.parallel_for(static_cast<std::size_t>(pool.threads()), [&](std::size_t, std::size_t) {
       for (std::size_t i = next++; i < count; i = next++) {
         work(i / cameras(), static_cast<int>(i % cameras()));
         const std::lock_guard lock(mutex_);
-        progress_(++done_, 2 * count);
+        progress_(++done_, (rendered() + times_.size()) * cameras());
       }
     });
   }
@@ -81,7 +91,7 @@ class ImageProduction {
 
   // Radiance as it is after storing, so that a second run from the cache gives the same bytes.
   cv::Mat radiance(std::size_t frame, int camera) const {
-    const Shot taken = shot(frame, camera);
+    const Shot taken = shot(in_first_lap(frame), camera);
     const std::string name = image_name(common_, cameras_[camera], taken);
     if (auto stored = cache_.load(name)) return *stored;
     cache_.store(name, renderer_.render(camera, taken));
@@ -92,11 +102,16 @@ class ImageProduction {
 
   void render(std::size_t frame, int camera) {
     const double mean = metered_mean(radiance(frame, camera));
-    if (camera != 0) return;
-    means_[frame] = mean * flicker_factor(lighting(frame), seconds(frame), options_.seed);
+    if (camera == 0) means_[frame] = mean;
   }
 
   void control_exposure() {
+    for (std::size_t frame = rendered(); frame < means_.size(); ++frame) {
+      means_[frame] = means_[in_first_lap(frame)];
+    }
+    for (std::size_t frame = 0; frame < means_.size(); ++frame) {
+      means_[frame] *= flicker_factor(lighting(frame), seconds(frame), options_.seed);
+    }
     for (const Camera& camera : options_.rig.cameras) {
       sensors_.emplace_back(options_.sensor, cv::Size(camera.width(), camera.height()));
     }
@@ -145,6 +160,9 @@ void SequenceOptions::check() const {
           "--calibration-error {}: must lie between 0 and 5 px", calibration_error);
   require(reference_error.position >= 0 && reference_error.position < 1,
           "--reference-error {}: must lie between 0 and 1000 mm", 1000 * reference_error.position);
+  require(lap_frames == 0 || (scene.moving_objects == 0 && lighting != LightingStyle::kSweep),
+          "--laps: what moves or changes by itself is not the same in each lap; leave out "
+          "--moving-objects and --lighting sweep");
   scene.check();
   render.check();
   sensor.check();

@@ -24,6 +24,8 @@ struct SequenceOptions {
   SensorOptions sensor;
   double lighting_until = std::numeric_limits<double>::infinity();  // s; constant from then on
   double frame_rate = 20;                                           // Hz
+  // The flight repeats itself after so many frames, so only those are rendered; 0: it does not.
+  std::size_t lap_frames = 0;
   // How far the delivered calibration is off, px: 0 is exact. See disturbed_camera.
   double calibration_error = 0;
   ReferenceError reference_error;  // of the ground truth that is written; its seed is not used

@@ -43,6 +43,9 @@ void add_benchmark(CLI::App& program) {
   app->add_option("--output", options.output,
                   "folder for runs and tables (what the file says, else NAME-benchmark)");
   app->add_option("--jobs", options.jobs, "runs at a time (1); times are only true with 1");
+  app->add_option("--only", options.only,
+                  "only what has this in SEQUENCE/MODE/CONFIGURATION, or fits it with * and ?; may "
+                  "be given again");
   app->add_option("--program", options.program, "the rover to be run (this one)");
   app->add_flag("--any-build", options.any_build,
                 "keep finished runs although the program has changed since");

@@ -1,5 +1,7 @@
 #include "rover/cli/benchmark_runner.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <atomic>
 #include <fstream>
@@ -151,11 +153,24 @@ std::vector<BenchmarkRunner::Task> BenchmarkRunner::list_tasks() {
   for (const BenchmarkSequence& sequence : plan_.sequences) {
     for (const std::string& mode : sequence.modes) {
       for (const auto& configuration : plan_.configurations) {
+        if (!wanted({sequence.name, mode, configuration.name})) continue;
         add_runs(sequence, mode, configuration, tasks);
       }
     }
   }
+  require(!tasks.empty(), "--only: fits nothing in {}; it has sequences as {}", plan_.file.string(),
+          plan_.sequences.front().name);
   return tasks;
+}
+
+bool BenchmarkRunner::wanted(const CellName& cell) const {
+  const std::string whole = cell.sequence + "/" + cell.mode + "/" + cell.configuration;
+  const auto fits = [&](const std::string& pattern) {
+    return whole.find(pattern) != std::string::npos ||
+           fnmatch(pattern.c_str(), whole.c_str(), 0) == 0 ||
+           fnmatch(pattern.c_str(), cell.sequence.c_str(), 0) == 0;
+  };
+  return options_.only.empty() || std::any_of(options_.only.begin(), options_.only.end(), fits);
 }
 
 void BenchmarkRunner::add_runs(const BenchmarkSequence& sequence, const std::string& mode,

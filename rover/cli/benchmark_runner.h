@@ -18,6 +18,9 @@ struct BenchmarkOptions {
   std::filesystem::path output;
   std::filesystem::path program = "/proc/self/exe";  // the rover that runs and evaluates
   int jobs = 1;                                      // runs at a time
+  // Do only what one of these fits, all without any: a part of SEQUENCE/MODE/CONFIGURATION, or a
+  // pattern with * and ? for the whole of it or for the sequence.
+  std::vector<std::string> only;
   bool any_build = false;  // what another build of the program has finished counts as well
 
   void check() const;
@@ -52,6 +55,7 @@ class BenchmarkRunner {
   std::vector<Task> list_tasks();
   void add_runs(const BenchmarkSequence& sequence, const std::string& mode,
                 const BenchmarkConfiguration& configuration, std::vector<Task>& tasks);
+  bool wanted(const CellName& cell) const;
   // The folder of a sequence, made if it has to be; a reason in `failure` if that does not work.
   std::filesystem::path provide(const BenchmarkSequence& sequence, std::uint64_t seed,
                                 std::string& failure);

@@ -57,7 +57,7 @@ class BenchmarkTest : public ::testing::Test {
   std::vector<BenchmarkRun> run(const std::string& plan, int jobs = 1, bool any_build = false) {
     folder_.write("plan.yaml", plan);
     folder_.write("calls", "");
-    BenchmarkOptions options{folder_ / "out", folder_ / "rover", jobs, any_build};
+    BenchmarkOptions options{folder_ / "out", folder_ / "rover", jobs, only_, any_build};
     const BenchmarkPlan read = read_benchmark_plan(folder_ / "plan.yaml");
     testing::internal::CaptureStderr();
     auto runs = BenchmarkRunner(read, options).execute();
@@ -77,6 +77,7 @@ class BenchmarkTest : public ::testing::Test {
   }
 
   TestFolder folder_;
+  std::vector<std::string> only_;
   std::string progress_;
 };
 
@@ -168,6 +169,27 @@ TEST_F(BenchmarkTest, SimulatesEachSequenceOncePerSeed) {
   EXPECT_EQ(calls("simulate"), 1);
 }
 
+TEST_F(BenchmarkTest, DoesAPartOfAPlan) {
+  const std::string plan =
+      "modes: [mono, stereo]\nsequences:\n  - {name: V1_real, simulate: {scene: room}}\n"
+      "  - {name: V2_real, simulate: {scene: room}}\n  - {name: V2_dim, dataset: data}\n";
+  const auto cells = [&](const std::vector<std::string>& only) {
+    only_ = only;
+    std::vector<std::string> names;
+    for (const BenchmarkRun& run : run(plan))
+      names.push_back(run.cell.sequence + " " + run.cell.mode);
+    return names;
+  };
+  EXPECT_THAT(cells({"V1_real"}), ElementsAre("V1_real mono", "V1_real stereo"));
+  EXPECT_EQ(calls("simulate"), 1);
+  EXPECT_THAT(cells({"V2*/mono*"}), ElementsAre("V2_real mono", "V2_dim mono"));
+  EXPECT_THAT(cells({"*m"}), ElementsAre("V2_dim mono", "V2_dim stereo"));
+  EXPECT_THAT(cells({"V1_real/mono", "dim/stereo"}), ElementsAre("V1_real mono", "V2_dim stereo"));
+  const BenchmarkPlan read = read_benchmark_plan(folder_ / "plan.yaml");
+  const BenchmarkOptions none{folder_ / "out", folder_ / "rover", 1, {"V3"}, false};
+  EXPECT_THAT(input_error_of([&] { BenchmarkRunner(read, none).execute(); }), HasSubstr("--only"));
+}
+
 TEST_F(BenchmarkTest, ComparesWithOtherPrograms) {
   folder_.write("peer.txt", "1 0 0 0 0 0 0 1\n");
   const std::string plan =
@@ -195,12 +217,12 @@ TEST_F(BenchmarkTest, NamesWhatIsWrongWithSettings) {
                 "sequences: [{name: a, dataset: data, modes: [mono]}]\n"
                 "configurations:\n  - name: wrong\n    settings: {features: many}\n");
   const BenchmarkPlan plan = read_benchmark_plan(folder_ / "plan.yaml");
-  const BenchmarkOptions options{folder_ / "out", folder_ / "rover", 1, false};
+  const BenchmarkOptions options{folder_ / "out", folder_ / "rover", 1, {}, false};
   EXPECT_THAT(input_error_of([&] { BenchmarkRunner(plan, options); }),
               AllOf(HasSubstr("plan.yaml:4: configuration wrong"), HasSubstr("'features'")));
-  const BenchmarkOptions nowhere{folder_ / "plan.yaml/out", folder_ / "rover", 1, false};
+  const BenchmarkOptions nowhere{folder_ / "plan.yaml/out", folder_ / "rover", 1, {}, false};
   EXPECT_THAT(input_error_of([&] { BenchmarkRunner(plan, nowhere); }), HasSubstr("--output"));
-  const BenchmarkOptions none{folder_ / "out", folder_ / "no", 1, false};
+  const BenchmarkOptions none{folder_ / "out", folder_ / "no", 1, {}, false};
   EXPECT_THAT(input_error_of([&] { BenchmarkRunner(plan, none); }), HasSubstr("--program"));
 }
 

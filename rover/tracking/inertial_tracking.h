@@ -19,7 +19,7 @@ struct InertialTrackingOptions {
   double velocity_sigma = 0.02;            // m/s
   double gyroscope_bias_sigma = 0.001;     // rad/s
   double accelerometer_bias_sigma = 0.02;  // m/s^2
-  int min_inliers = 10;           // with a state, so few landmarks in the local map confirm a pose
+  int min_inliers = 5;            // with a state, so few landmarks in the local map confirm a pose
   double max_dead_reckoning = 5;  // s without vision that inertial data bridge
   double max_interval = 60;       // s between keyframes over which motion is integrated at all
 

@@ -14,7 +14,7 @@ struct KeyframePolicyOptions {
                                    // keyframe at once
   int min_near = 100;              // stereo: fewer near landmarks tracked than this, while ...
   int min_new_near = 70;           // ... so many more are to be had: new keyframe
-  int min_inliers = 10;            // fewer: no keyframe, the pose is not sure enough
+  int min_inliers = 5;             // fewer: no keyframe, the pose is not sure enough
   int min_gap = 1;                 // frames between keyframes when the reason is not urgent
   // Inertial modes: while the body moves, keyframes are no farther apart than this.
   double max_gap_waiting = 0.25;  // s, before the map is aligned

@@ -20,6 +20,8 @@ TEST(InertialRun, FindsScaleAndGravityOfAShortFlight) {
   EXPECT_EQ(summary["pose_frame"], "body");
   EXPECT_EQ(summary["inertial"]["state"], "aligned");
   EXPECT_EQ(summary["inertial"]["alignments"], 1);
+  EXPECT_EQ(summary["inertial"]["events"][0]["event"], "initialised");
+  EXPECT_EQ(summary["inertial"]["events"][0]["time"].get<std::string>().size(), 20U);
   const Judgement final = run.judge_file("trajectory_final.txt");
   ASSERT_TRUE(final.similarity.has_value() && final.rigid.has_value());
   const double scale_error = std::abs(final.similarity->reference_from_estimate.scale - 1);

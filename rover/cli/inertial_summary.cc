@@ -28,6 +28,42 @@ auto count(const RunRecorder& recorder, InertialEvent event) {
   });
 }
 
+const char* name_of(InertialEvent event) {
+  switch (event) {
+    case InertialEvent::kInitialized:
+      return "initialised";
+    case InertialEvent::kRefined:
+      return "refined";
+    case InertialEvent::kUndone:
+      return "undone";
+    case InertialEvent::kNone:
+      break;
+  }
+  return "";
+}
+
+// Frames that the system was given are numbered without the others.
+std::vector<Timestamp> times_of_given(const RunRecorder& recorder) {
+  std::vector<Timestamp> times;
+  for (const FrameRecord& frame : recorder.frames()) {
+    if (frame.state != "skipped" && frame.state != "dropped") times.push_back(frame.time);
+  }
+  return times;
+}
+
+Json events_of(const RunRecorder& recorder) {
+  const std::vector<Timestamp> times = times_of_given(recorder);
+  Json events = Json::array();
+  for (const MappingRecord& record : recorder.mapping()) {
+    const InertialReport& report = record.report.inertial;
+    if (report.event == InertialEvent::kNone) continue;
+    events.push_back({{"time", format_seconds(times.at(record.frame.value))},
+                      {"event", name_of(report.event)},
+                      {"scale_sigma", report.scale_sigma}});
+  }
+  return events;
+}
+
 }  // namespace
 
 Json describe_inertia(const System& system, const RunRecorder& recorder) {
@@ -39,6 +75,7 @@ Json describe_inertia(const System& system, const RunRecorder& recorder) {
   json["refinements"] = status.refinements;
   json["alignments"] = count(recorder, InertialEvent::kInitialized);
   json["undone"] = count(recorder, InertialEvent::kUndone);
+  json["events"] = events_of(recorder);
   json["dead_reckoned_frames"] = recorder.count("dead-reckoning");
   return json;
 }

@@ -118,6 +118,26 @@ Trajectory read_if_any(const fs::path& file, std::vector<std::string>& notes) {
   return read_tum_trajectory(file, &notes);
 }
 
+void read_states(const fs::path& file, RunFolder& run) {
+  if (!fs::exists(file)) return;
+  std::vector<std::string> columns = {"time"};
+  for (const std::string prefix : {"", "sigma_"}) {
+    for (const std::string quantity : {"v", "bg", "ba"}) {
+      for (const char axis : {'x', 'y', 'z'}) columns.push_back(prefix + quantity + axis);
+    }
+  }
+  const auto use = [&](const std::vector<std::string_view>& fields) {
+    StateLine state;
+    state.time = parse_seconds_field(fields[0]);
+    for (std::size_t i = 0; i < state.values.size(); ++i) {
+      state.values[i] = parse_number(fields[1 + i]);
+      state.sigmas[i] = parse_number(fields[1 + state.values.size() + i]);
+    }
+    run.motion.push_back(state);
+  };
+  read_csv(file, columns, use, run.notes);
+}
+
 // samples/SECONDS.jpg; other files are none of ours.
 void read_samples(const fs::path& folder, RunFolder& run) {
   if (!fs::is_directory(folder)) return;
@@ -161,6 +181,7 @@ RunFolder read_run_folder(const fs::path& folder) {
   read_samples(folder / "samples", run);
   read_frames(folder / "frames.csv", run);
   read_timing(folder / "timing.csv", run);
+  read_states(folder / "states.csv", run);
   return run;
 }
 

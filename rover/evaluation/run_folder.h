@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -31,6 +32,14 @@ struct FrameLine {
   double map = 0, epoch = 0;  // which map, and how often its gauge had changed
 };
 
+// A line of states.csv: velocity (world, m/s), gyroscope bias (rad/s), accelerometer bias (m/s^2)
+// and the standard deviations of all.
+struct StateLine {
+  Timestamp time = 0;
+  std::array<double, 9> values = {};
+  std::array<double, 9> sigmas = {};
+};
+
 // A picture of a frame with its features.
 struct SamplePicture {
   Timestamp time = 0;
@@ -46,6 +55,7 @@ struct RunFolder {
   Trajectory odometry;                 // may be empty
   Trajectory keyframes;                // may be empty
   std::vector<FrameLine> frames;       // in the order of frames.csv
+  std::vector<StateLine> motion;       // of inertial runs; may be empty
   std::vector<SamplePicture> samples;  // in the order of time; may be empty
   Offered offered;                     // from frames.csv
   std::map<std::string, int> states;   // of frames.csv -> frames

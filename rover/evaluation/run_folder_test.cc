@@ -72,6 +72,19 @@ TEST_F(RunFolderTest, HasFramesKeyframesAndPictures) {
   EXPECT_THAT(run.notes, Contains(HasSubstr("cat.jpg")));
 }
 
+TEST_F(RunFolderTest, HasInertialStates) {
+  EXPECT_TRUE(read_run_folder(folder_.path()).motion.empty());
+  folder_.write("states.csv",
+                "time,vx,vy,vz,bgx,bgy,bgz,bax,bay,baz,sigma_vx,sigma_vy,sigma_vz,sigma_bgx,"
+                "sigma_bgy,sigma_bgz,sigma_bax,sigma_bay,sigma_baz\n"
+                "2.0,1,2,3,4,5,6,7,8,9,.1,.2,.3,.4,.5,.6,.7,.8,.9\n");
+  const RunFolder run = read_run_folder(folder_.path());
+  ASSERT_THAT(run.motion, SizeIs(1));
+  EXPECT_EQ(run.motion[0].time, 2'000'000'000);
+  EXPECT_EQ(run.motion[0].values[3], 4);
+  EXPECT_EQ(run.motion[0].sigmas[8], 0.9);
+}
+
 TEST_F(RunFolderTest, NamesWhatIsMissing) {
   for (const char* file : {"summary.json", "frames.csv", "timing.csv"}) {
     const std::string content = folder_.read(file);

@@ -12,6 +12,7 @@
 #include "rover/evaluation/base64.h"
 #include "rover/evaluation/chart.h"
 #include "rover/evaluation/html.h"
+#include "rover/evaluation/inertial_report.h"
 #include "rover/evaluation/point_cloud.h"
 #include "rover/evaluation/svg.h"
 #include "rover/evaluation/trajectory_svg.h"
@@ -332,6 +333,7 @@ std::string configuration_section(const RunReport& report) {
 std::string run_report_html(const RunReport& report) {
   std::string body = head(report) + tiles(report);
   body += figures_section(report) + trajectory_section(report) + error_section(report);
+  body += inertial_section(report.run, chart_of_run(report));
   body += tracking_section(report) + time_section(report) + memory_section(report);
   body += pictures_section(report) + map_section(report) + configuration_section(report);
   return html_page("Rover: " + report.title, body);

@@ -94,6 +94,21 @@ TEST(RunReport, ShowsEverythingOnOnePage) {
               AllOf(Not(HasSubstr("http")), Not(HasSubstr("<script")), Not(HasSubstr("nan"))));
 }
 
+TEST(RunReport, ShowsTheInertialState) {
+  RunFolder run = made_run();
+  EXPECT_THAT(report_of(run, {}, {}, {}), Not(HasSubstr("Inertial state")));
+  for (int i = 10; i < kFrames; ++i) {
+    run.motion.push_back({from_seconds(0.1 * i), {1, 2, 3, .1, .2, .3, 0, 0, .5}, {}});
+    run.motion.back().sigmas.fill(0.01);
+  }
+  run.summary["inertial"]["events"] = {
+      {{"time", "1.25"}, {"event", "initialised"}, {"scale_sigma", 0.04}}};
+  EXPECT_THAT(report_of(run, {}, {}, {}),
+              AllOf(HasSubstr("Inertial state"), HasSubstr("velocity [m/s]"), HasSubstr("3 sigma"),
+                    HasSubstr("accelerometer bias [m/s2]"), HasSubstr("initialised"),
+                    HasSubstr("1.25"), HasSubstr("4.00"), Not(HasSubstr("nan"))));
+}
+
 TEST(RunReport, DoesWithoutGroundTruthAndPictures) {
   const RunFolder run = made_run();
   const std::string html = report_of(run, {}, {}, {});

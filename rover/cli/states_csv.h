@@ -12,11 +12,13 @@ namespace rover {
 struct StateRecord {
   Timestamp time = 0;
   InertialState state;
-  Matrix15d covariance;
+  Matrix15d covariance;   // conditional on the map
+  Eigen::Matrix4d drift;  // of the map there: see drift.h
 };
 
 // time, velocity (m/s, world), biases of gyroscope (rad/s) and accelerometer (m/s^2), and the
-// standard deviation of each.
+// standard deviation of each; then the standard deviations of position (m, world axes) and yaw
+// (rad) since the map began.
 std::string states_csv(const std::vector<StateRecord>& states);
 
 }  // namespace rover

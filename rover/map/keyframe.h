@@ -8,6 +8,14 @@
 
 namespace rover {
 
+// How well a keyframe's state was known when it was the newest one (or when the whole map was
+// adjusted).
+struct StateCovariance {
+  Matrix15d state;        // given what its adjustment held fixed
+  Eigen::Matrix4d drift;  // of its surroundings since the map began: see drift.h
+  double anchor = 0;      // s since the map began: how old what it was tied to is, in the mean
+};
+
 // A frame that the map keeps.
 struct Keyframe {
   KeyframeId id;
@@ -21,6 +29,7 @@ struct Keyframe {
   std::shared_ptr<const Preintegration> motion;        // since `previous`; null where unknown
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, world; once the map is aligned
   ImuBias bias;
+  std::shared_ptr<const StateCovariance> covariance;  // null: unknown
 
   const SE3& world_from_body() const { return frame.world_from_body; }
   InertialState state() const { return {frame.world_from_body, velocity, bias}; }

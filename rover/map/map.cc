@@ -67,6 +67,7 @@ KeyframeId Map::add_keyframe(Frame frame) {
   keyframe.frame = std::move(frame);
   if (keyframe.parent.valid()) keyframes_.edit(keyframe.parent).children.push_back(keyframe.id);
   keyframe.previous = newest_;
+  if (!newest_.valid()) begin_ = keyframe.frame.time;
   if (newest_.valid()) keyframes_.edit(newest_).next = keyframe.id;
   newest_ = keyframe.id;
   keyframes_.insert(keyframe.id, std::move(keyframe));
@@ -205,6 +206,10 @@ void Map::set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, con
   edited.bias = bias;
 }
 
+void Map::set_covariance(KeyframeId keyframe, std::shared_ptr<const StateCovariance> covariance) {
+  if (find(keyframe)) keyframes_.edit(keyframe).covariance = std::move(covariance);
+}
+
 SE3 Map::rescale_relative(const SE3& a_from_b, double then) const {
   return rescaled(a_from_b, scale_ / then);
 }
@@ -230,6 +235,7 @@ void Map::transform(const Sim3& new_world_from_world) {
         camera_from_body;
     keyframe.velocity =
         new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
+    keyframe.covariance.reset();
   }
   std::vector<LandmarkId> landmarks;
   for (const Landmark& landmark : landmarks_) landmarks.push_back(landmark.id);

@@ -69,6 +69,7 @@ class Map {
   const Keyframe& at(KeyframeId id) const { return keyframes_.at(id); }
   const Landmark& at(LandmarkId id) const { return landmarks_.at(id); }
   KeyframeId newest_keyframe() const { return newest_; }
+  Timestamp begin() const { return begin_; }  // of the first keyframe
 
   // Adds a keyframe. Joins of its observations to landmarks that are gone are dropped; the others
   // are entered on the landmarks' side.
@@ -102,7 +103,8 @@ class Map {
   void release_image(KeyframeId keyframe);
 
   // Moves everything by new_world_from_world and raises the epoch. Cameras move (body frames follow
-  // them rigidly: extrinsics stay metric), velocities turn and scale with them.
+  // them rigidly: extrinsics stay metric), velocities turn and scale with them. Covariances are
+  // forgotten.
   void transform(const Sim3& new_world_from_world);
 
   // The present unit of length in units that the map began with: poses relative to keyframes that
@@ -115,6 +117,7 @@ class Map {
   void set_inertial(const InertialStatus& status) { inertial_ = status; }
   void set_motion(KeyframeId keyframe, std::shared_ptr<const Preintegration> motion);
   void set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, const ImuBias& bias);
+  void set_covariance(KeyframeId keyframe, std::shared_ptr<const StateCovariance> covariance);
   // For adjustments that may move the whole map at once.
   void raise_epoch() { ++epoch_; }
 
@@ -148,6 +151,7 @@ class Map {
   double scale_ = 1;
   InertialStatus inertial_;
   KeyframeId newest_;
+  Timestamp begin_ = 0;
   CowTable<KeyframeId, Keyframe> keyframes_;
   CowTable<LandmarkId, Landmark> landmarks_;
   CowTable<KeyframeId, RetiredKeyframe> retired_;

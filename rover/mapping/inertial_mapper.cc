@@ -80,7 +80,9 @@ InertialReport InertialMapper::adjust_window(SharedMap& shared, KeyframeId keyfr
   const int window = view->rig().size() > 1 ? options_.stereo_window : options_.window;
   InertialMapProblem problem =
       gather_inertial_window(*view, keyframe, window, max_fixed, weighting_);
-  const InertialBundleSummary summary = adjust_inertial_bundle(problem.inertial, {options});
+  const auto newest = std::ranges::find(problem.map.keyframes, keyframe);
+  const InertialBundleSummary summary = adjust_inertial_bundle(
+      problem.inertial, {options, false, static_cast<int>(newest - problem.map.keyframes.begin())});
   const InertialStatus status = view->inertial();
   const double age = seconds_between(status.begin, view->at(keyframe).frame.time);
   if (age < options_.trial_period && !is_plausible(problem, summary)) {

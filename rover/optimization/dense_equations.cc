@@ -53,4 +53,20 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& hessian) {
   return scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
 }
 
+// (H^-1)_bb = Y^T Y with H = L L^T and Y the columns of L^-1 that belong to the block.
+std::optional<Matrix15d> inverse_block(const Eigen::MatrixXd& hessian, Eigen::Index row) {
+  if (!hessian.allFinite() || !(hessian.diagonal().minCoeff() > 0)) return std::nullopt;
+  const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(scaled);
+  if (factors.info() != Eigen::Success || !(scaled.diagonal().minCoeff() > 1e-7))
+    return std::nullopt;
+  Eigen::Matrix<double, Eigen::Dynamic, 15> columns =
+      Eigen::Matrix<double, Eigen::Dynamic, 15>::Zero(hessian.rows(), 15);
+  columns.middleRows<15>(row).setIdentity();
+  factors.matrixL().solveInPlace(columns);
+  const auto own = scale.segment<15>(row).asDiagonal();
+  return Matrix15d(own * (columns.transpose() * columns) * own);
+}
+
 }  // namespace rover

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
+#include "rover/imu/inertial_state.h"
 #include "rover/optimization/damping.h"
 
 namespace rover {
@@ -67,5 +70,9 @@ void hold_directions(const Eigen::MatrixXd& held, Eigen::MatrixXd& hessian,
 // The inverse of a positive definite matrix (lower half), scaled to a unit diagonal meanwhile,
 // where metres, radians and biases compare. An empty matrix where it is singular to rounding.
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& hessian);
+
+// The diagonal block of that inverse from `row` on: a factorisation and no more. Nothing where the
+// matrix is singular to rounding.
+std::optional<Matrix15d> inverse_block(const Eigen::MatrixXd& hessian, Eigen::Index row);
 
 }  // namespace rover

@@ -83,10 +83,14 @@ double scale_sigma(const BundleProblem& bundle, const InertialBundleModel& model
 
 void add_covariance(const InertialBundleProblem& problem, const InertialBundleOptions& options,
                     InertialBundleSummary& summary) {
+  if (!options.covariance && options.covariance_of < 0) return;
   const ScaleGauge gauge;
   InertialBundleModel model(problem, {summary.visual.inliers, gauge, options.bundle, 0});
   InertialBundleModel::Equations equations;
   model.linearize(InertialBundleModel::initial(problem), equations);
+  if (options.covariance_of >= 0)
+    summary.state_covariance = model.covariance_of(options.covariance_of, equations);
+  if (!options.covariance) return;
   const Eigen::MatrixXd covariance = model.covariance(equations);
   if (covariance.rows() == 0) return;
   const std::size_t poses = problem.bundle.world_from_body.size();
@@ -104,6 +108,8 @@ InertialBundleSummary adjust_inertial_bundle(InertialBundleProblem& problem,
                                              const InertialBundleOptions& options) {
   options.check();
   check_problem(problem);
+  if (options.covariance_of >= static_cast<int>(problem.velocity.size()))
+    throw std::invalid_argument("inertial adjustment: covariance_of is out of range");
   const auto initial_velocity = problem.velocity;
   const auto initial_bias = problem.bias;
   InertialBundleSummary summary;
@@ -120,7 +126,7 @@ InertialBundleSummary adjust_inertial_bundle(InertialBundleProblem& problem,
                                             problem.state(link.to), problem.gravity);
     summary.link_chi2.push_back(residual.head<9>().squaredNorm());
   }
-  if (options.covariance) add_covariance(problem, options, summary);
+  add_covariance(problem, options, summary);
   return summary;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rover/optimization/bundle_adjustment.h"
@@ -38,6 +39,7 @@ struct InertialBundleProblem {
 struct InertialBundleOptions {
   BundleOptions bundle{};   // passes, outliers, kernel; solver, threads and fix_scale are not used
   bool covariance = false;  // of all free states: costs about as much as three iterations
+  int covariance_of = -1;   // of one free state alone: about as much as one iteration
 
   void check() const;
 };
@@ -48,8 +50,9 @@ struct InertialBundleSummary {
   std::vector<double> link_chi2;      // per link, 9 degrees of freedom, at the end
   std::vector<Matrix15d> covariance;  // per pose, zero where fixed; empty unless asked for and
                                       // everything is observed
-  double scale_sigma = 0;             // relative: of the distance of the farthest pose from the
-                                      // gauge's; zero without covariance
+  std::optional<Matrix15d> state_covariance;  // of the one state asked for, likewise
+  double scale_sigma = 0;  // relative: of the distance of the farthest pose from the
+                           // gauge's; zero without covariance
 };
 
 // Visual-inertial adjustment: robust reprojection errors in all cameras, inertial links with the

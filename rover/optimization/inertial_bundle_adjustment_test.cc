@@ -70,6 +70,23 @@ TEST(InertialBundle, RecoversTheScaleOfAMonocularMap) {
   }
 }
 
+TEST(InertialBundle, TellsTheCovarianceOfOneStateAlone) {
+  const auto flight = simulate_flight({.cameras = 2, .keyframes = 6, .points = 80});
+  for (const int fixed : {0, 2}) {
+    for (const int pose : {fixed, 5}) {
+      auto problem = flight.truth;
+      for (int i = 0; i < fixed; ++i) problem.bundle.pose_fixed[i] = 1;
+      InertialBundleOptions options = without_outlier_rule();
+      options.covariance_of = pose;
+      const auto summary = adjust_inertial_bundle(problem, options);
+      ASSERT_TRUE(summary.state_covariance);
+      EXPECT_TRUE(summary.state_covariance->isApprox(summary.covariance[pose], 1e-6));
+    }
+  }
+  auto problem = flight.truth;
+  EXPECT_THROW(adjust_inertial_bundle(problem, {.covariance_of = 6}), std::invalid_argument);
+}
+
 TEST(InertialBundle, ErrorsAreWithinTheirCovariance) {
   const int runs = 40;
   for (const int cameras : {1, 2}) {

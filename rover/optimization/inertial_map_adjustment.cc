@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "rover/optimization/state_covariance.h"
+
 namespace rover {
 namespace {
 
@@ -92,6 +94,7 @@ void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
     if (visual.bundle.pose_fixed[i]) continue;
     map.set_velocity(visual.keyframes[i], problem.inertial.velocity[i], problem.inertial.bias[i]);
   }
+  keep_covariances(map, problem, summary);
 }
 
 }  // namespace rover

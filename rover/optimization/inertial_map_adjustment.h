@@ -22,7 +22,7 @@ InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int
 // Every keyframe and landmark; all are free.
 InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting);
 
-// commit_adjustment with velocities and biases.
+// commit_adjustment with velocities, biases and what the adjustment tells of covariances.
 void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
                                 const InertialBundleSummary& summary);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rover/optimization/bundle_pass.h"
@@ -44,6 +45,8 @@ class InertialBundleModel {
   // their covariance (an empty matrix where something is not observed).
   Eigen::MatrixXd information(const Equations& equations);
   Eigen::MatrixXd covariance(const Equations& equations);
+  // Likewise of one free pose's state, without the others'.
+  std::optional<Matrix15d> covariance_of(int pose, const Equations& equations);
 
  private:
   void pin_unobserved(DenseEquations& equations) const;

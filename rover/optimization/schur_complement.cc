@@ -59,6 +59,18 @@ Eigen::MatrixXd SchurComplement::covariance(const BundleEquations& equations,
   return result;
 }
 
+std::optional<Matrix15d> SchurComplement::covariance_of(int row, const BundleEquations& equations,
+                                                        const DenseEquations& states) {
+  if (!reduce(equations, &states, Damping(1e-12))) return std::nullopt;
+  hold_directions(states.held, reduced_, right_side_);
+  std::optional<Matrix15d> result = inverse_block(reduced_, row);
+  for (Eigen::Index k = 0; result && k < states.held.cols(); ++k) {
+    const Vector15d n = states.held.col(k).segment<15>(row);
+    *result -= n * (n.dot(*result * n)) * n.transpose();
+  }
+  return result;
+}
+
 bool SchurComplement::reduce(const BundleEquations& equations, const DenseEquations* states,
                              const Damping& damping) {
   start(equations, states, damping);

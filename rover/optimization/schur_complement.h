@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "rover/imu/inertial_state.h"
 #include "rover/optimization/bundle_equations.h"
 #include "rover/optimization/damping.h"
 #include "rover/optimization/dense_equations.h"
@@ -41,6 +42,10 @@ class SchurComplement {
   // The covariance of all free states, the points' uncertainty included; held directions have none.
   // An empty matrix where something is not observed.
   Eigen::MatrixXd covariance(const BundleEquations& equations, const DenseEquations& states);
+
+  // The diagonal block of it that one whole state has, its unknowns from `row` on.
+  std::optional<Matrix15d> covariance_of(int row, const BundleEquations& equations,
+                                         const DenseEquations& states);
 
  private:
   SchurComplement(const BundleStructure& structure, int stride);

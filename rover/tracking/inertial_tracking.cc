@@ -49,10 +49,16 @@ std::shared_ptr<const Preintegration> InertialTracking::motion(Timestamp from, T
   return std::make_shared<const Preintegration>(std::move(samples), bias, noise_);
 }
 
-Matrix15d InertialTracking::keyframe_information() const {
+Matrix15d InertialTracking::usual_information() const {
   return diagonal_information(options_.position_sigma, options_.rotation_sigma,
                               options_.velocity_sigma, options_.gyroscope_bias_sigma,
                               options_.accelerometer_bias_sigma);
+}
+
+Matrix15d InertialTracking::information_of(const Keyframe& keyframe) const {
+  if (!keyframe.covariance) return usual_information();
+  const Eigen::MatrixXd information = inverse_of(keyframe.covariance->state);
+  return information.rows() == 0 ? usual_information() : Matrix15d(information);
 }
 
 void InertialTracking::follow(const Map& map) {
@@ -72,7 +78,10 @@ void InertialTracking::follow(const Map& map) {
   keyframe_ = newest.id;
   keyframe_state_ = state;
   bias_ = state.bias;
-  last_ = {newest.frame.time, state, keyframe_information()};
+  last_ = {newest.frame.time, state, information_of(newest)};
+  if (!newest.covariance) return;
+  drift_ = newest.covariance->drift;
+  anchor_ = newest.covariance->anchor;
 }
 
 std::optional<SE3> InertialTracking::predict(Timestamp time) {
@@ -103,7 +112,7 @@ void InertialTracking::accept() {
 
 void InertialTracking::restart(Timestamp time, const SE3& world_from_body) {
   const Eigen::Vector3d velocity = last_ ? last_->state.velocity : Eigen::Vector3d::Zero();
-  Matrix15d information = keyframe_information();
+  Matrix15d information = usual_information();
   information.block<3, 3>(6, 6) =
       Eigen::Matrix3d::Identity() / (kUnknownVelocity * kUnknownVelocity);
   last_ = {time, {world_from_body, velocity, bias_}, information};
@@ -112,6 +121,13 @@ void InertialTracking::restart(Timestamp time, const SE3& world_from_body) {
 std::optional<InertialState> InertialTracking::state() const {
   if (!last_) return std::nullopt;
   return last_->state;
+}
+
+std::shared_ptr<const StateCovariance> InertialTracking::knowledge() const {
+  if (!last_) return nullptr;
+  const Eigen::MatrixXd covariance = inverse_of(last_->information);
+  if (covariance.rows() == 0) return nullptr;
+  return std::make_shared<const StateCovariance>(StateCovariance{covariance, drift_, anchor_});
 }
 
 }  // namespace rover

@@ -13,7 +13,7 @@ namespace rover {
 struct InertialTrackingOptions {
   ImuNoiseOptions noise;
   InertialPoseOptions pose;
-  // How well the state of a keyframe is known that mapping has adjusted, given the map.
+  // How well the state of a keyframe is known of which mapping does not tell, given the map.
   double position_sigma = 0.003;           // m
   double rotation_sigma = 0.001;           // rad
   double velocity_sigma = 0.02;            // m/s
@@ -59,6 +59,9 @@ class InertialTracking {
   // Of the last accepted frame; nothing where there is no state.
   std::optional<InertialState> state() const;
   const Matrix15d& covariance() const { return current_.covariance; }
+  // The last state's covariance with what drift the map has around it, for a keyframe made of it.
+  std::shared_ptr<const StateCovariance> knowledge() const;
+  const Eigen::Matrix4d& drift() const { return drift_; }
   const ImuBias& bias() const { return bias_; }
   const InertialTrackingOptions& options() const { return options_; }
 
@@ -68,7 +71,8 @@ class InertialTracking {
     InertialState state;
     Matrix15d information;
   };
-  Matrix15d keyframe_information() const;
+  Matrix15d usual_information() const;
+  Matrix15d information_of(const Keyframe& keyframe) const;
 
   InertialTrackingOptions options_;
   ImuNoise noise_;
@@ -78,7 +82,9 @@ class InertialTracking {
   InertialState keyframe_state_;
   int epoch_ = -1;
   MapId map_;
-  ImuBias bias_;                                  // of the newest keyframe
+  ImuBias bias_;  // of the newest keyframe
+  Eigen::Matrix4d drift_ = Eigen::Matrix4d::Zero();
+  double anchor_ = 0;
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;
 };

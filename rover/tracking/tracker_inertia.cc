@@ -40,6 +40,7 @@ void Tracker::accept_state(const Frame& frame, const Map& map, TrackingResult& r
   inertial_->accept();
   result.inertial = inertial_->state();
   result.inertial_covariance = inertial_->covariance();
+  result.drift = inertial_->drift();
 }
 
 // Without vision, inertial data carry the state for a while.
@@ -69,7 +70,9 @@ void Tracker::enter_inertia(Map& map, KeyframeId id) const {
     map.set_motion(id, inertial_->motion(previous.frame.time, keyframe.frame.time, previous.bias));
   }
   const auto state = inertial_->state();
-  if (map.inertial().aligned && state) map.set_velocity(id, state->velocity, state->bias);
+  if (!map.inertial().aligned || !state) return;
+  map.set_velocity(id, state->velocity, state->bias);
+  map.set_covariance(id, inertial_->knowledge());
 }
 
 // What the next keyframe's motion may begin with is kept.

@@ -1,0 +1,40 @@
+#include "rover/optimization/drift.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+namespace rover {
+namespace {
+
+const Eigen::Vector3d kUp = Eigen::Vector3d::UnitZ();
+
+}  // namespace
+
+Eigen::Matrix4d drift_of(const SE3& world_from_body, const Matrix6d& covariance) {
+  const Eigen::Matrix3d rotation = world_from_body.rotation_matrix();
+  const Eigen::RowVector3d turn = kUp.transpose() * rotation;
+  Eigen::Matrix<double, 4, 6> by_pose = Eigen::Matrix<double, 4, 6>::Zero();
+  by_pose.topLeftCorner<3, 3>() = rotation;
+  by_pose.topRightCorner<3, 3>() = -kUp.cross(world_from_body.translation) * turn;
+  by_pose.bottomRightCorner<1, 3>() = turn;
+  return by_pose * covariance * by_pose.transpose();
+}
+
+Matrix6d with_drift(const SE3& world_from_body, const Matrix6d& covariance,
+                    const Eigen::Matrix4d& drift) {
+  const Eigen::Matrix3d inverse = world_from_body.rotation_matrix().transpose();
+  Eigen::Matrix<double, 6, 4> by_drift = Eigen::Matrix<double, 6, 4>::Zero();
+  by_drift.topLeftCorner<3, 3>() = inverse;
+  by_drift.topRightCorner<3, 1>() = inverse * kUp.cross(world_from_body.translation);
+  by_drift.bottomRightCorner<3, 1>() = inverse * kUp;
+  return covariance + by_drift * drift * by_drift.transpose();
+}
+
+Eigen::Matrix4d at_least(const Eigen::Matrix4d& covariance, const Eigen::Matrix4d& other) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(other - covariance);
+  const Eigen::Matrix4d& axes = solver.eigenvectors();
+  const Eigen::Vector4d more = solver.eigenvalues().cwiseMax(0);
+  return covariance + axes * more.asDiagonal() * axes.transpose();
+}
+
+}  // namespace rover

@@ -19,7 +19,9 @@ class InputTroublesTest : public ::testing::Test {
     SensorFrame frame;
     frame.time = image * 50 * kMs;
     for (; next_sample_ <= frame.time; next_sample_ += 5 * kMs) {
-      if (with_samples) frame.imu.push_back({next_sample_, {}, {}});
+      ImuSample sample;
+      sample.time = next_sample_;
+      if (with_samples) frame.imu.push_back(sample);
     }
     troubles_.offer(frame);
   }

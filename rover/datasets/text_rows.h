@@ -39,8 +39,9 @@ class Omissions {
   explicit Omissions(std::filesystem::path file) : file_(std::move(file)) {}
 
   void add(int line, std::string_view reason);
-  // A line that says again what the one before it said: does no harm however many there are.
-  void add_repeated(int line) { add(line, "repeats the time stamp before it"), ++repeated_; }
+  // The line that is about to be left out only says again what the one before said: that does no
+  // harm, however often.
+  void expect_repetition() { ++repeated_; }
   int count() const { return count_; }
   // Adds one line to the notes if anything was left out. Throws InputError unless more was kept
   // than left out, repetitions apart: then the file is not what it should be.
@@ -65,12 +66,9 @@ std::vector<T> read_timed_rows(const std::filesystem::path& file, char separator
   for (const TextRow& row : split_rows(text, separator)) {
     try {
       T value = parse(row);
-      if (!values.empty() && values.back().time == value.time) {
-        omissions.add_repeated(row.line);
-        continue;
-      }
-      require(values.empty() || values.back().time < value.time,
-              "its time stamp does not lie after that of line {}", last_line);
+      const Timestamp last = values.empty() ? value.time - 1 : values.back().time;
+      if (value.time == last) omissions.expect_repetition();
+      require(last < value.time, "its time stamp does not lie after that of line {}", last_line);
       values.push_back(std::move(value));
       last_line = row.line;
     } catch (const InputError& error) {

@@ -37,7 +37,7 @@ struct VisionGap {
 // What tracking says of one frame.
 struct TrackingResult {
   bool placed() const {
-    return state == TrackingState::kOk || state == TrackingState::kDeadReckoning;
+    return !left_out && (state == TrackingState::kOk || state == TrackingState::kDeadReckoning);
   }
 
   TrackingState state = TrackingState::kWaiting;

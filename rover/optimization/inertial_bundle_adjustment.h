@@ -36,8 +36,9 @@ struct InertialBundleProblem {
 };
 
 struct InertialBundleOptions {
-  BundleOptions bundle{};   // passes, outliers, kernel; solver, threads and fix_scale are not used
-  bool covariance = false;  // of all free states: costs about as much as three iterations
+  BundleOptions bundle{};    // passes, outliers, kernel; solver, threads and fix_scale are not used
+  bool covariance = false;   // of all free states: cubic in their number
+  bool scale_sigma = false;  // for the price of an iteration
 
   void check() const;
 };
@@ -48,8 +49,8 @@ struct InertialBundleSummary {
   std::vector<double> link_chi2;      // per link, 9 degrees of freedom, at the end
   std::vector<Matrix15d> covariance;  // per pose, zero where fixed; empty unless asked for and
                                       // everything is observed
-  double scale_sigma = 0;             // relative: of the distance of the farthest pose from the
-                                      // gauge's; zero without covariance
+  double scale_sigma = 0;  // relative, of the scale that the positions of all poses give;
+                           // zero unless asked for and observed
 };
 
 // Visual-inertial adjustment: robust reprojection errors in all cameras, inertial links with the

@@ -107,4 +107,9 @@ Eigen::MatrixXd InertialBundleModel::covariance(const Equations& equations) {
   return complement_.covariance(equations.visual, equations.states);
 }
 
+std::optional<double> InertialBundleModel::variance(const Equations& equations,
+                                                    const Eigen::VectorXd& by_states) {
+  return complement_.variance(equations.visual, equations.states, by_states);
+}
+
 }  // namespace rover

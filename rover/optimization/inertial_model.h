@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rover/optimization/bundle_pass.h"
@@ -44,6 +45,8 @@ class InertialBundleModel {
   // their covariance (an empty matrix where something is not observed).
   Eigen::MatrixXd information(const Equations& equations);
   Eigen::MatrixXd covariance(const Equations& equations);
+  // Of one linear function of them.
+  std::optional<double> variance(const Equations& equations, const Eigen::VectorXd& by_states);
 
  private:
   void pin_unobserved(DenseEquations& equations) const;

@@ -1,6 +1,12 @@
 #include "rover/optimization/schur_complement.h"
 
 namespace rover {
+namespace {
+
+// Points on a single ray have no certain depth: a trace of damping keeps them solvable.
+Damping trace() { return Damping(1e-12); }
+
+}  // namespace
 
 SchurComplement::SchurComplement(const BundleStructure& structure)
     : SchurComplement(structure, 6) {}
@@ -38,10 +44,9 @@ bool SchurComplement::solve_reduced() {
   return right_side_.allFinite();
 }
 
-// Points on a single ray have no certain depth: a trace of damping keeps them solvable.
 Eigen::MatrixXd SchurComplement::information(const BundleEquations& equations,
                                              const DenseEquations& states) {
-  if (!reduce(equations, &states, Damping(1e-12))) return {};
+  if (!reduce(equations, &states, trace())) return {};
   return reduced_.selfadjointView<Eigen::Lower>();
 }
 
@@ -57,6 +62,17 @@ Eigen::MatrixXd SchurComplement::covariance(const BundleEquations& equations,
     result -= n * (n.dot(result * n)) * n.transpose();
   }
   return result;
+}
+
+std::optional<double> SchurComplement::variance(const BundleEquations& equations,
+                                                const DenseEquations& states,
+                                                const Eigen::VectorXd& by_states) {
+  if (!reduce(equations, &states, trace())) return std::nullopt;
+  right_side_ = by_states;
+  hold_directions(states.held, reduced_, right_side_);
+  const Eigen::VectorXd unheld = right_side_;
+  if (!solve_reduced()) return std::nullopt;
+  return unheld.dot(right_side_);
 }
 
 bool SchurComplement::reduce(const BundleEquations& equations, const DenseEquations* states,

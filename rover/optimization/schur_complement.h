@@ -42,6 +42,11 @@ class SchurComplement {
   // An empty matrix where something is not observed.
   Eigen::MatrixXd covariance(const BundleEquations& equations, const DenseEquations& states);
 
+  // The variance of one linear function of the free states: what `covariance` says of it, for the
+  // price of a step. Nothing where it is not observed.
+  std::optional<double> variance(const BundleEquations& equations, const DenseEquations& states,
+                                 const Eigen::VectorXd& by_states);
+
  private:
   SchurComplement(const BundleStructure& structure, int stride);
   bool solve_reduced();

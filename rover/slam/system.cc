@@ -165,9 +165,10 @@ class System::Implementation {
 
   void adjust_with_inertia(SharedMap& shared) const {
     InertialMapProblem problem = gather_inertial_map(*shared.view(), config_.weighting);
-    const auto summary = adjust_inertial_bundle(problem.inertial, {config_.final_adjustment, true});
+    const auto summary = adjust_inertial_bundle(
+        problem.inertial, {.bundle = config_.final_adjustment, .scale_sigma = true});
     InertialStatus status = shared.view()->inertial();
-    if (!summary.covariance.empty()) status.scale_sigma = summary.scale_sigma;
+    if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
     shared.commit([&](Map& map) {
       commit_inertial_adjustment(map, problem, summary);
       map.set_inertial(status);

@@ -121,6 +121,11 @@ class FlightPiece {
   void blacken(std::size_t index) const {
     cv::imwrite((folder_ / names_[index]).string(), cv::Mat(480, 752, CV_8UC1, cv::Scalar(0)));
   }
+  // The image before it again.
+  void repeat(std::size_t index) const {
+    fs::copy_file(folder_ / names_[index - 1], folder_ / names_[index],
+                  fs::copy_options::overwrite_existing);
+  }
   void shrink(std::size_t index) const { folder_.write_image(names_[index], 320, 240); }
   void truncate(std::size_t index, std::size_t bytes) const {
     folder_.write(names_[index], folder_.read(names_[index]).substr(0, bytes));

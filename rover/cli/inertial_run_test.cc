@@ -71,6 +71,27 @@ TEST(InertialRun, ReckonsThroughDarkness) {
   EXPECT_GE(std::count(states.begin() + 78, states.end(), "ok"), 11);
   EXPECT_EQ(run.summary()["maps"], 1);
   EXPECT_EQ(run.summary()["lost_events"], 0);
+  const auto gaps = run.summary()["input"]["vision_gaps"];
+  ASSERT_EQ(gaps.size(), 1u);
+  EXPECT_EQ(gaps[0]["frames"], 8);
+  EXPECT_NEAR(gaps[0]["length"].get<double>(), 0.45, 0.01);
+  EXPECT_LT(gaps[0]["drift_m"].get<double>(), 0.05);
+  EXPECT_THAT(run.outcome().err, HasSubstr("vision lost at "));
+}
+
+TEST(InertialRun, PassesOverImagesThatRepeat) {
+  SKIP_UNLESS_PRESENT(kClip);
+  const FlightPiece piece(90);
+  piece.repeat(20);  // before the map is aligned: left out
+  for (std::size_t i = 70; i < 86; i += 3) piece.repeat(i);
+  const FinishedRun run(piece.path(), "mono-inertial");
+  EXPECT_EQ(run.summary()["input"]["repeated_images"], 7);
+  EXPECT_EQ(run.summary()["maps"], 1);
+  EXPECT_THAT(run.outcome().err, HasSubstr("7 images repeated"));
+  const auto states = run.states();
+  EXPECT_EQ(states[20], "skipped");
+  EXPECT_EQ(std::count(states.begin() + 70, states.end(), "dead-reckoning"), 6);
+  EXPECT_EQ(std::ranges::count(run.read("trajectory_final.txt"), '\n'), 89);
 }
 
 TEST(InertialRun, NeedsAnInertialSensor) {

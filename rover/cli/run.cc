@@ -12,6 +12,7 @@
 
 #include "rover/base/error.h"
 #include "rover/cli/commands.h"
+#include "rover/cli/input_troubles.h"
 #include "rover/cli/run_recorder.h"
 #include "rover/cli/run_summary.h"
 #include "rover/datasets/dataset.h"
@@ -136,7 +137,11 @@ class Pacer {
 class Run {
  public:
   Run(const RunOptions& options, Mode mode, Dataset& dataset, System& system)
-      : options_(options), mode_(mode), dataset_(dataset), system_(system) {}
+      : options_(options),
+        mode_(mode),
+        dataset_(dataset),
+        system_(system),
+        troubles_(system.config().tracking.inertial.noise.gap) {}
 
   RunFacts execute(RunRecorder& recorder) {
     RunFacts facts;
@@ -161,6 +166,9 @@ class Run {
     recorder.add_mapping(system_.take_mapping_records());
     facts.sensor_seconds = first ? seconds_between(*first, last) : 0;
     facts.wall_seconds = wall.lap_ms() / 1000;
+    facts.input = troubles_.describe();
+    facts.input["notes"] = dataset_.notes();
+    for (const std::string& line : troubles_.lines()) warn(line);
     return facts;
   }
 
@@ -171,9 +179,12 @@ class Run {
   }
 
   void offer(const SensorFrame& frame, bool admitted, RunRecorder& recorder, Progress& progress) {
-    for (const ImuSample& sample : frame.imu) system_.add_imu(sample);
+    troubles_.offer(frame);
+    for (const ImuSample& sample : frame.imu) {
+      if (!system_.add_imu(sample)) troubles_.refuse_sample();
+    }
     if (!frame.usable()) {
-      warn(frame);
+      warn_of_image(frame);
       recorder.add_unusable(frame.index, frame.time, "skipped");
     } else if (!admitted) {
       recorder.add_unusable(frame.index, frame.time, "dropped");
@@ -182,21 +193,23 @@ class Run {
       const cv::Mat right = frame.images.size() > 1 ? frame.images[1] : cv::Mat();
       const TrackingResult result = system_.add_images(frame.time, frame.images[0], right);
       recorder.add(frame.index, result, watch.lap_ms());
+      if (const std::string line = troubles_.hear(result); !line.empty()) warn(line);
       recorder.add_sample(frame.images[0], result, system_);
       progress.show(frame.index, result);
     }
   }
 
-  static void warn(const SensorFrame& frame) {
-    std::cerr << fmt::format("warning: frame {} at {} s skipped: {}\n", frame.index,
-                             format_seconds(frame.time),
-                             frame.problems.empty() ? "no image" : frame.problems.front());
+  static void warn(const std::string& line) { std::cerr << "warning: " << line << '\n'; }
+  static void warn_of_image(const SensorFrame& frame) {
+    warn(fmt::format("frame {} at {} s skipped: {}", frame.index, format_seconds(frame.time),
+                     frame.problems.empty() ? "no image" : frame.problems.front()));
   }
 
   const RunOptions& options_;
   Mode mode_;
   Dataset& dataset_;
   System& system_;
+  InputTroubles troubles_;
 };
 
 void run(const RunOptions& options) {

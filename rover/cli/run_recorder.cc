@@ -27,9 +27,9 @@ double resident_memory_mb() {
 void RunRecorder::add(std::int64_t index, const TrackingResult& result, double total_ms) {
   const AnchoredPose& pose = result.anchored;
   if (times_.size() % kMemoryPeriod == 0) rss_mb_ = resident_memory_mb();
-  frames_.push_back({index, pose.time, to_string(result.state), pose.map.value, result.epoch,
-                     pose.reference.value, result.features, result.matches, result.inliers,
-                     total_ms, rss_mb_});
+  const char* state = result.left_out ? "skipped" : to_string(result.state);
+  frames_.push_back({index, pose.time, state, pose.map.value, result.epoch, pose.reference.value,
+                     result.features, result.matches, result.inliers, total_ms, rss_mb_});
   times_.emplace_back(index, result.times);
   if (!result.placed() || !result.metric) return;
   if (odometry_.empty() && result.inertial) {

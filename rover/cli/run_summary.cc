@@ -97,6 +97,7 @@ Json describe(const System& system, const RunRecorder& recorder, const RunFacts&
   json["lost_events"] = recorder.lost_events();
   json["loops_closed"] = 0;
   if (is_inertial(facts.mode)) json["inertial"] = describe_inertia(system, recorder);
+  json["input"] = facts.input;
   json["stages"] = stage_table(recorder);
   json["frame_ms"] = {{"median", quantile(times, 0.5)},
                       {"p95", quantile(times, 0.95)},

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "rover/cli/run_recorder.h"
 #include "rover/slam/system.h"
 
@@ -17,6 +19,7 @@ struct RunFacts {
   double sensor_seconds = 0;       // from the first to the last stamp
   double wall_seconds = 0;         // of the run without the final adjustment
   double final_adjustment_ms = 0;  // 0: not asked for
+  nlohmann::ordered_json input;    // what was wrong with it: InputTroubles
 };
 
 // Writes trajectory_final.txt (and .1, .2 ... for other maps), keyframes.txt, map.ply and

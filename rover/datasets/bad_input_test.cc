@@ -105,6 +105,13 @@ TEST_F(BadInput, StampsRepeatOrGoBack) {
               Contains(AllOf(HasSubstr("2 of 6"), HasSubstr("line 4"), HasSubstr("line 3"))));
 }
 
+TEST_F(BadInput, EveryStampComesTwice) {
+  write_euroc(folder_);
+  folder_.write("mav0/cam0/data.csv", euroc_image_list({0, 0, 1, 1, 2, 2, 2, 3, 3}));
+  EXPECT_THAT(frames(), SizeIs(4));
+  EXPECT_THAT(notes_, Contains(AllOf(HasSubstr("5 of 9"), HasSubstr("line 3"))));
+}
+
 TEST_F(BadInput, StampsAreOutOfRange) {
   write_euroc(folder_);
   folder_.write("mav0/cam0/data.csv", euroc_image_list({0, 1}) +

@@ -139,7 +139,7 @@ void Omissions::add(int line, std::string_view reason) {
 void Omissions::finish(std::size_t kept, std::vector<std::string>* notes) const {
   require(kept > 0 || count_ > 0, "{}: holds no data; check that the dataset is complete",
           file_.string());
-  require(kept > static_cast<std::size_t>(count_),
+  require(kept > static_cast<std::size_t>(count_ - repeated_),
           "{}: {} of {} lines cannot be used (first: {}); check the format", file_.string(), count_,
           kept + static_cast<std::size_t>(count_), first_);
   if (count_ == 0 || notes == nullptr) return;

@@ -39,14 +39,18 @@ class Omissions {
   explicit Omissions(std::filesystem::path file) : file_(std::move(file)) {}
 
   void add(int line, std::string_view reason);
+  // The line that is about to be left out only says again what the one before said: that does no
+  // harm, however often.
+  void expect_repetition() { ++repeated_; }
   int count() const { return count_; }
   // Adds one line to the notes if anything was left out. Throws InputError unless more was kept
-  // than left out: then the file is not what it should be.
+  // than left out, repetitions apart: then the file is not what it should be.
   void finish(std::size_t kept, std::vector<std::string>* notes) const;
 
  private:
   std::filesystem::path file_;
   int count_ = 0;
+  int repeated_ = 0;  // of them
   std::string first_;
 };
 
@@ -62,8 +66,9 @@ std::vector<T> read_timed_rows(const std::filesystem::path& file, char separator
   for (const TextRow& row : split_rows(text, separator)) {
     try {
       T value = parse(row);
-      require(values.empty() || values.back().time < value.time,
-              "its time stamp does not lie after that of line {}", last_line);
+      const Timestamp last = values.empty() ? value.time - 1 : values.back().time;
+      if (value.time == last) omissions.expect_repetition();
+      require(last < value.time, "its time stamp does not lie after that of line {}", last_line);
       values.push_back(std::move(value));
       last_line = row.line;
     } catch (const InputError& error) {

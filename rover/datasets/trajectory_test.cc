@@ -57,7 +57,7 @@ TEST(Trajectory, LeavesBrokenLinesOut) {
                "1.0 0 0 0 0 0 0 1\r\n"
                "  2.0\t1 0 0 0 0 0 1  extra\r\n"
                "\r\n"
-               "2.0 5 0 0 0 0 0 1\n"
+               "1.5 5 0 0 0 0 0 1\n"
                "3.0 0 0 nan 0 0 0 1\n"
                "4.0 0 0 0 0 0 0 0\n"
                "5.0 2 0 0 0 0 0 1\n"

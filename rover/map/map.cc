@@ -223,35 +223,42 @@ SE3 Map::rescaled(const SE3& a_from_b, double factor) const {
   return body_from_camera * cameras * body_from_camera.inverse();
 }
 
-void Map::transform(const Sim3& new_world_from_world) {
+void Map::move(KeyframeId id, const Sim3& new_world_from_world) {
   const SE3& body_from_camera = rig_->body_from_camera[0];
-  const SE3 camera_from_body = body_from_camera.inverse();
+  Keyframe& keyframe = keyframes_.edit(id);
+  keyframe.frame.world_from_body =
+      move_pose(new_world_from_world, keyframe.world_from_body() * body_from_camera) *
+      body_from_camera.inverse();
+  keyframe.velocity =
+      new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
+  keyframe.covariance.reset();
+}
+
+void Map::move(LandmarkId id, const Sim3& new_world_from_world) {
+  Landmark& landmark = landmarks_.edit(id);
+  landmark.position = new_world_from_world * landmark.position;
+  landmark.world_from_reference = move_pose(new_world_from_world, landmark.world_from_reference);
+}
+
+void Map::transform(const Sim3& new_world_from_world) {
   std::vector<KeyframeId> keyframes;
   for (const Keyframe& keyframe : keyframes_) keyframes.push_back(keyframe.id);
-  for (const KeyframeId id : keyframes) {
-    Keyframe& keyframe = keyframes_.edit(id);
-    keyframe.frame.world_from_body =
-        move_pose(new_world_from_world, keyframe.world_from_body() * body_from_camera) *
-        camera_from_body;
-    keyframe.velocity =
-        new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
-    keyframe.covariance.reset();
-  }
+  for (const KeyframeId id : keyframes) move(id, new_world_from_world);
   std::vector<LandmarkId> landmarks;
   for (const Landmark& landmark : landmarks_) landmarks.push_back(landmark.id);
-  for (const LandmarkId id : landmarks) {
-    Landmark& landmark = landmarks_.edit(id);
-    landmark.position = new_world_from_world * landmark.position;
-    landmark.world_from_reference = move_pose(new_world_from_world, landmark.world_from_reference);
-  }
+  for (const LandmarkId id : landmarks) move(id, new_world_from_world);
+  rescale(new_world_from_world.scale);
+  ++epoch_;
+}
+
+void Map::rescale(double factor) {
   std::vector<KeyframeId> retired;
   for (const RetiredKeyframe& keyframe : retired_) retired.push_back(keyframe.id);
   for (const KeyframeId id : retired) {
     RetiredKeyframe& keyframe = retired_.edit(id);
-    keyframe.parent_from_body = rescaled(keyframe.parent_from_body, new_world_from_world.scale);
+    keyframe.parent_from_body = rescaled(keyframe.parent_from_body, factor);
   }
-  scale_ *= new_world_from_world.scale;
-  ++epoch_;
+  scale_ *= factor;
 }
 
 std::vector<Covisibility> Map::covisible(KeyframeId keyframe, int min_shared) const {

@@ -41,6 +41,7 @@ struct InertialStatus {
   Timestamp refined = 0;   // of the keyframe at which the whole map was last adjusted
   int refinements = 0;     // adjustments of the whole map since it was aligned
   double scale_sigma = 0;  // relative, posterior standard deviation
+  Timestamp undone = 0;    // of the keyframe at which an alignment turned out wrong; 0: none did
 };
 
 // A keyframe and the number of landmarks it shares with another.
@@ -97,6 +98,9 @@ class Map {
   void retire(KeyframeId keyframe);
 
   void set_pose(KeyframeId keyframe, const SE3& world_from_body);
+  // Moves one keyframe or landmark as `transform` does all of them.
+  void move(KeyframeId keyframe, const Sim3& new_world_from_world);
+  void move(LandmarkId landmark, const Sim3& new_world_from_world);
   void set_position(LandmarkId landmark, const Eigen::Vector3d& position);
   void set_measurement(KeyframeId keyframe, int feature, const Eigen::Vector2f& pixel, float sigma);
   void count_sighting(LandmarkId landmark, int visible, int found);
@@ -110,6 +114,9 @@ class Map {
   // The present unit of length in units that the map began with: poses relative to keyframes that
   // were kept outside the map have to be scaled as it changes (see rescale_relative).
   double scale() const { return scale_; }
+  // Tells that an adjustment has changed the unit of length: keyframes and landmarks are where they
+  // belong, poses kept relative to them follow.
+  void rescale(double factor);
   // A pose relative to another one, kept when the scale was `then`, at today's scale.
   SE3 rescale_relative(const SE3& a_from_b, double then) const;
 

@@ -1,17 +1,22 @@
 #include "rover/mapping/inertial_mapper.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include <fmt/format.h>
 
 #include "rover/base/error.h"
 
 namespace rover {
 namespace {
 
-// The newest keyframes that inertial data link without a break, in order of time.
+// The newest keyframes that inertial data link without a break, in order of time; none that an
+// initialisation was misled by.
 std::vector<KeyframeId> linked_keyframes(const Map& map, KeyframeId newest, int most) {
   std::vector<KeyframeId> chain;
   for (KeyframeId id = newest; id.valid(); id = map.at(id).previous) {
+    if (map.at(id).frame.time < map.inertial().undone) break;
     chain.push_back(id);
     if (!map.at(id).motion || static_cast<int>(chain.size()) == most) break;
   }
@@ -45,13 +50,34 @@ void align(Map& map, const std::vector<KeyframeId>& chain, const InitializationR
         keyframe.motion ? keyframe.motion->predict(before, gravity_of_z_up()) : before;
     map.set_velocity(id, after.velocity, before.bias);
   }
-  const Timestamp now = map.at(chain.back()).frame.time;
-  map.set_inertial({true, now, now, 0, result.scale_sigma});
 }
 
 double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) /
          static_cast<double>(std::max<std::size_t>(1, values.size()));
+}
+
+// The newest keyframes of a map adjusted by what they see alone, as if there were no inertial data.
+MapProblem gather_visual(const Map& map, int most, const WeightingOptions& weighting) {
+  std::vector<KeyframeId> free;
+  KeyframeId id = map.newest_keyframe();
+  for (; id.valid() && static_cast<int>(free.size()) < most; id = map.at(id).previous)
+    free.push_back(id);
+  return gather_problem(map, free, id.valid() ? most : 0, weighting);
+}
+
+// The visual part of a problem, adjusted.
+BundleSummary adjust_without_inertia(const InertialMapProblem& problem,
+                                     const BundleOptions& options) {
+  MapProblem visual = problem.map;
+  visual.bundle = problem.inertial.bundle;
+  if (std::ranges::count(visual.bundle.pose_fixed, 1) == 0) visual.bundle.pose_fixed.front() = 1;
+  return adjust(visual, options);
+}
+
+std::string describe_scale(double sigma, double wanted) {
+  return fmt::format("scale is known to {:.1f}% ({:.0f}% needed): needs more of this motion",
+                     100 * sigma, 100 * wanted);
 }
 
 }  // namespace
@@ -62,6 +88,8 @@ void InertialMapperOptions::check() const {
           "inertial.min_keyframes must be at least 3 and at most max_keyframes");
   require(first_refinement > 0 && refinement_interval > 0,
           "inertial.first_refinement and refinement_interval must be positive");
+  require(max_refined >= min_keyframes,
+          "inertial.max_refined is {}; use inertial.min_keyframes or more", max_refined);
   require(max_reprojection_ratio > 1, "inertial.max_reprojection_ratio is {}; use more than 1",
           max_reprojection_ratio);
   initialization.check();
@@ -75,25 +103,52 @@ InertialMapper::InertialMapper(const InertialMapperOptions& options,
 }
 
 InertialReport InertialMapper::adjust_window(SharedMap& shared, KeyframeId keyframe, int max_fixed,
-                                             const BundleOptions& options) const {
+                                             const BundleOptions& given) const {
   const auto view = shared.view();
   const int window = view->rig().size() > 1 ? options_.stereo_window : options_.window;
   InertialMapProblem problem =
       gather_inertial_window(*view, keyframe, window, max_fixed, weighting_);
   const auto newest = std::ranges::find(problem.map.keyframes, keyframe);
-  const InertialBundleSummary summary = adjust_inertial_bundle(
-      problem.inertial, {options, false, static_cast<int>(newest - problem.map.keyframes.begin())});
-  const InertialStatus status = view->inertial();
-  const double age = seconds_between(status.begin, view->at(keyframe).frame.time);
-  if (age < options_.trial_period && !is_plausible(problem, summary)) {
-    shared.commit([&](Map& map) {
-      map.set_inertial({});
-      map.raise_epoch();
-    });
-    return {InertialEvent::kUndone, status.scale_sigma, ""};
+  const int newest_pose = static_cast<int>(newest - problem.map.keyframes.begin());
+  const bool on_trial = is_on_trial(*view, keyframe);
+  BundleOptions options = given;
+  if (on_trial) options.should_stop = {};  // half an adjustment is no ground to judge on
+  const InertialMapProblem before = problem;
+  const auto summary =
+      adjust_inertial_bundle(problem.inertial, {.bundle = options, .covariance_of = newest_pose});
+  if (on_trial && (!is_plausible(problem, summary) ||
+                   is_bent(summary, adjust_without_inertia(before, options)))) {
+    return undo(shared, keyframe);
   }
   shared.commit([&](Map& map) { commit_inertial_adjustment(map, problem, summary); });
   return {};
+}
+
+bool InertialMapper::is_on_trial(const Map& map, KeyframeId keyframe) const {
+  const double age = seconds_between(map.inertial().begin, map.at(keyframe).frame.time);
+  return age < options_.trial_period;
+}
+
+bool InertialMapper::is_bent(const InertialBundleSummary& summary,
+                             const BundleSummary& visual) const {
+  if (!visual.usable) return false;
+  const double ratio = std::sqrt(summary.visual.final_cost / std::max(1.0, visual.final_cost));
+  return ratio > options_.max_reprojection_ratio;
+}
+
+// What wrong inertial data have bent is adjusted by vision alone. Scale and gravity are left as
+// they are: without inertial data they mean nothing.
+InertialReport InertialMapper::undo(SharedMap& shared, KeyframeId keyframe) const {
+  const auto view = shared.view();
+  MapProblem problem = gather_visual(*view, options_.max_refined, weighting_);
+  const BundleSummary summary = adjust(problem, options_.adjustment);
+  shared.commit([&](Map& map) {
+    commit_adjustment(map, problem, summary);
+    for (const KeyframeId id : problem.keyframes) map.set_velocity(id, Eigen::Vector3d::Zero(), {});
+    map.set_inertial({.undone = map.at(keyframe).frame.time});
+    map.raise_epoch();
+  });
+  return {InertialEvent::kUndone, view->inertial().scale_sigma, ""};
 }
 
 InertialReport InertialMapper::advance(SharedMap& shared, KeyframeId keyframe) const {
@@ -103,12 +158,16 @@ InertialReport InertialMapper::advance(SharedMap& shared, KeyframeId keyframe) c
   return {};
 }
 
-// Everything is tried on a copy of the map first.
+// Everything is tried on a copy of the map first: how well the scale is known, the adjustment with
+// all that was seen decides.
 InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
   const auto chain = linked_keyframes(*view, keyframe, options_.max_keyframes);
   if (static_cast<int>(chain.size()) < options_.min_keyframes) {
-    return {InertialEvent::kNone, 0, "needs more keyframes with inertial data between them"};
+    return {
+        InertialEvent::kNone, 0,
+        fmt::format("needs motion: {} of {} keyframes with inertial data between them are there",
+                    chain.size(), options_.min_keyframes)};
   }
   const InitializationResult result =
       initialize_inertial(gather_initialization(*view, chain), options_.initialization);
@@ -116,19 +175,36 @@ InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe
   Map trial = *view;
   trial.freeze();
   align(trial, chain, result);
-  InertialMapProblem problem = gather_inertial_map(trial, weighting_);
-  const auto summary = adjust_inertial_bundle(problem.inertial, {options_.adjustment, true});
-  const double growth = summary.visual.final_cost / std::max(1.0, summary.visual.initial_cost);
+  InertialMapProblem problem = gather_newest(trial, options_.max_refined, weighting_);
+  const InertialMapProblem before = problem;
+  const auto summary = adjust_inertial_bundle(problem.inertial,
+                                              {.bundle = options_.adjustment, .scale_sigma = true});
   if (!is_plausible(problem, summary) ||
-      growth > options_.max_reprojection_ratio * options_.max_reprojection_ratio) {
-    return {InertialEvent::kNone, result.scale_sigma,
+      is_bent(summary, adjust_without_inertia(before, options_.adjustment))) {
+    return {InertialEvent::kNone, summary.scale_sigma,
             "camera and inertial sensor do not fit together yet: needs more motion"};
   }
+  const bool is_metric = view->rig().size() > 1;
+  if (!is_metric && !is_certain(summary.scale_sigma)) {
+    return {InertialEvent::kNone, summary.scale_sigma,
+            describe_scale(summary.scale_sigma, options_.initialization.max_scale_sigma)};
+  }
+  const Timestamp now = view->at(keyframe).frame.time;
   shared.commit([&](Map& map) {
     align(map, chain, result);
     commit_inertial_adjustment(map, problem, summary);
+    map.set_inertial({.aligned = true,
+                      .begin = now,
+                      .refined = now,
+                      .scale_sigma = summary.scale_sigma,
+                      .undone = map.inertial().undone});
   });
-  return {InertialEvent::kInitialized, result.scale_sigma, ""};
+  return {InertialEvent::kInitialized, summary.scale_sigma, ""};
+}
+
+// Zero: not determined at all.
+bool InertialMapper::is_certain(double scale_sigma) const {
+  return scale_sigma > 0 && scale_sigma <= options_.initialization.max_scale_sigma;
 }
 
 bool InertialMapper::is_plausible(const InertialMapProblem& problem,
@@ -144,22 +220,23 @@ bool InertialMapper::is_plausible(const InertialMapProblem& problem,
 bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
   constexpr int kAlways = 2;
   const InertialStatus& status = map.inertial();
-  if (static_cast<int>(map.keyframes().size()) > options_.max_refined) return false;
   if (status.refinements >= kAlways && status.scale_sigma < options_.scale_sigma) return false;
   const double wait =
       status.refinements == 0 ? options_.first_refinement : options_.refinement_interval;
   return seconds_between(status.refined, now) >= wait;
 }
 
+// All states are free, so that scale and gravity can still move: an adjustment of the window could
+// not, its border is fixed. Bounded: a long way before the newest keyframes says little more.
 InertialReport InertialMapper::refine(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
-  InertialMapProblem problem = gather_inertial_map(*view, weighting_);
-  const auto summary = adjust_inertial_bundle(problem.inertial, {options_.adjustment, true});
-  if (!summary.visual.usable) return {};
+  InertialMapProblem problem = gather_newest(*view, options_.max_refined, weighting_);
+  const auto summary = adjust_inertial_bundle(problem.inertial,
+                                              {.bundle = options_.adjustment, .scale_sigma = true});
   InertialStatus status = view->inertial();
   status.refined = view->at(keyframe).frame.time;
   status.refinements += 1;
-  if (!summary.covariance.empty()) status.scale_sigma = summary.scale_sigma;
+  if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
   shared.commit([&](Map& map) {
     commit_inertial_adjustment(map, problem, summary);
     map.set_inertial(status);

@@ -12,20 +12,22 @@ namespace rover {
 struct InertialMapperOptions {
   int window = 10;         // keyframes in time, mono: free in the local adjustment
   int stereo_window = 15;  // likewise, stereo
-  InitializationOptions initialization;
+  InitializationOptions initialization{};
   int min_keyframes = 6;            // linked in time before initialisation is tried
   int max_keyframes = 80;           // the newest so many take part in it
-  double first_refinement = 5;      // s after initialisation: the whole map is adjusted, ...
+  double first_refinement = 5;      // s after initialisation: all states are adjusted, ...
   double refinement_interval = 10;  // ... and again after so many s, ...
   double scale_sigma = 0.015;       // ... until the scale is known to this
+  int max_refined = 80;             // the newest keyframes that are; older ones move along
   // An initialisation is undone, or not even done, if ...
   double max_gyroscope_bias = 0.5;      // rad/s
   double max_accelerometer_bias = 1.5;  // m/s^2
-  double max_reprojection_ratio = 1.2;  // the reprojection error grows by more
+  double max_reprojection_ratio = 1.2;  // inertial data make the reprojection error grow by more
   double max_link_chi2 = 90;            // mean over the window, of 9 degrees of freedom, ...
   double trial_period = 3;              // ... in the first s
-  int max_refined = 100;                // keyframes: larger maps are left to the final adjustment
-  BundleOptions adjustment{.first_iterations = 10, .second_iterations = 10};  // of the whole map
+  // At initialisation, at its refinements, and without inertial data where it is undone.
+  BundleOptions adjustment{
+      .first_iterations = 10, .second_iterations = 10, .min_relative_decrease = 1e-5};
 
   void check() const;
 };
@@ -35,7 +37,7 @@ enum class InertialEvent { kNone, kInitialized, kRefined, kUndone };
 // What the inertial part of mapping did with one keyframe.
 struct InertialReport {
   InertialEvent event = InertialEvent::kNone;
-  double scale_sigma = 0;  // relative; at an event
+  double scale_sigma = 0;  // relative; where it was estimated
   std::string waiting;     // before initialisation: what is missing, in plain words
 };
 
@@ -46,7 +48,8 @@ class InertialMapper {
   InertialMapper(const InertialMapperOptions& options, const WeightingOptions& weighting);
 
   // Adjusts the last keyframes in time; for aligned maps. An initialisation that turns out wrong is
-  // undone: the map is a visual one again.
+  // undone: the map is a visual one again, and what it has seen so far takes no part in the next
+  // initialisation.
   InertialReport adjust_window(SharedMap& map, KeyframeId keyframe, int max_fixed,
                                const BundleOptions& options) const;
 
@@ -56,8 +59,12 @@ class InertialMapper {
  private:
   InertialReport initialize(SharedMap& map, KeyframeId keyframe) const;
   InertialReport refine(SharedMap& map, KeyframeId keyframe) const;
+  InertialReport undo(SharedMap& map, KeyframeId keyframe) const;
   bool needs_refinement(const Map& map, Timestamp now) const;
+  bool is_on_trial(const Map& map, KeyframeId keyframe) const;
   bool is_plausible(const InertialMapProblem& problem, const InertialBundleSummary& summary) const;
+  bool is_certain(double scale_sigma) const;
+  bool is_bent(const InertialBundleSummary& summary, const BundleSummary& visual) const;
 
   InertialMapperOptions options_;
   WeightingOptions weighting_;

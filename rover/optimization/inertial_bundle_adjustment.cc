@@ -42,64 +42,62 @@ MinimizationResult minimize(InertialBundleProblem& problem, const BundlePass& pa
   return result;
 }
 
-// The pose that is fixed, or else that holds the gauge.
-int anchor_of(const BundleProblem& bundle) {
-  const auto& fixed = bundle.pose_fixed;
-  const auto first = std::find_if(fixed.begin(), fixed.end(), [](char f) { return f != 0; });
-  return first == fixed.end() ? 0 : static_cast<int>(first - fixed.begin());
+Eigen::Vector3d middle_of(const std::vector<SE3>& poses) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const SE3& pose : poses) sum += pose.translation;
+  return sum / static_cast<double>(poses.size());
 }
 
-// Covariance of the difference of two positions in the world; a row below zero is a fixed one.
-Eigen::Matrix3d difference_covariance(const BundleProblem& bundle, const InertialBundleModel& model,
-                                      const Eigen::MatrixXd& covariance, int a, int b) {
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, covariance.rows());
-  const auto set = [&](int pose, double sign) {
-    if (model.row(pose) < 0) return;
-    jacobian.middleCols<3>(model.row(pose)) = sign * bundle.world_from_body[pose].rotation_matrix();
-  };
-  set(a, -1);
-  set(b, 1);
-  return jacobian * covariance * jacobian.transpose();
-}
-
-// How uncertain the distance from the anchor to the farthest free pose is, relative to itself.
-double scale_sigma(const BundleProblem& bundle, const InertialBundleModel& model,
-                   const Eigen::MatrixXd& covariance) {
-  const int anchor = anchor_of(bundle);
-  Eigen::Vector3d longest = Eigen::Vector3d::Zero();
-  int farthest = -1;
+// The logarithm of the scale that fits moved positions best changes by the mean of their steps
+// along their ways from the middle, sum(way . step) / sum(way . way): its derivative by the states.
+Eigen::VectorXd scale_by_states(const BundleProblem& bundle, const InertialBundleModel& model,
+                                Eigen::Index unknowns) {
+  const Eigen::Vector3d middle = middle_of(bundle.world_from_body);
+  Eigen::VectorXd by_states = Eigen::VectorXd::Zero(unknowns);
+  double square = 0;
   for (std::size_t pose = 0; pose < bundle.world_from_body.size(); ++pose) {
-    const Eigen::Vector3d way =
-        bundle.world_from_body[pose].translation - bundle.world_from_body[anchor].translation;
-    if (bundle.pose_fixed[pose] || way.norm() <= longest.norm()) continue;
-    longest = way;
-    farthest = static_cast<int>(pose);
+    const SE3& body = bundle.world_from_body[pose];
+    const Eigen::Vector3d way = body.translation - middle;
+    square += way.squaredNorm();
+    const int row = model.row(static_cast<int>(pose));
+    if (row >= 0) by_states.segment<3>(row) = body.rotation.conjugate() * way;
   }
-  if (farthest < 0) return 0;
-  const Eigen::Vector3d direction = longest.normalized();
-  const Eigen::Matrix3d spread = difference_covariance(bundle, model, covariance, anchor, farthest);
-  return std::sqrt(std::max(0.0, direction.dot(spread * direction))) / longest.norm();
+  return by_states / std::max(square, 1e-12);
 }
 
-void add_covariance(const InertialBundleProblem& problem, const InertialBundleOptions& options,
-                    InertialBundleSummary& summary) {
-  if (!options.covariance && options.covariance_of < 0) return;
-  const ScaleGauge gauge;
-  InertialBundleModel model(problem, {summary.visual.inliers, gauge, options.bundle, 0});
-  InertialBundleModel::Equations equations;
-  model.linearize(InertialBundleModel::initial(problem), equations);
-  if (options.covariance_of >= 0)
-    summary.state_covariance = model.covariance_of(options.covariance_of, equations);
-  if (!options.covariance) return;
-  const Eigen::MatrixXd covariance = model.covariance(equations);
+void add_covariance(const Eigen::MatrixXd& covariance, const InertialBundleModel& model,
+                    InertialBundleSummary& summary, std::size_t poses) {
   if (covariance.rows() == 0) return;
-  const std::size_t poses = problem.bundle.world_from_body.size();
   summary.covariance.assign(poses, Matrix15d::Zero());
   for (std::size_t pose = 0; pose < poses; ++pose) {
     const int row = model.row(static_cast<int>(pose));
     if (row >= 0) summary.covariance[pose] = covariance.block<15, 15>(row, row);
   }
-  summary.scale_sigma = scale_sigma(problem.bundle, model, covariance);
+}
+
+void add_scale_sigma(const InertialBundleProblem& problem,
+                     const InertialBundleModel::Equations& equations, InertialBundleModel& model,
+                     InertialBundleSummary& summary) {
+  const Eigen::Index unknowns = equations.states.hessian.rows();
+  const auto scale = model.variance(equations, scale_by_states(problem.bundle, model, unknowns));
+  if (scale && *scale > 0) summary.scale_sigma = std::sqrt(*scale);
+}
+
+void add_uncertainty(const InertialBundleProblem& problem, const InertialBundleOptions& options,
+                     InertialBundleSummary& summary) {
+  if (!options.covariance && !options.scale_sigma && options.covariance_of < 0) return;
+  const ScaleGauge gauge;
+  InertialBundleModel model(problem, {summary.visual.inliers, gauge, options.bundle, 0});
+  InertialBundleModel::Equations equations;
+  model.linearize(InertialBundleModel::initial(problem), equations);
+  if (options.covariance_of >= 0) {
+    summary.state_covariance = model.covariance_of(options.covariance_of, equations);
+  }
+  if (options.covariance || options.scale_sigma)
+    add_scale_sigma(problem, equations, model, summary);
+  if (options.covariance) {
+    add_covariance(model.covariance(equations), model, summary, problem.velocity.size());
+  }
 }
 
 }  // namespace
@@ -126,7 +124,7 @@ InertialBundleSummary adjust_inertial_bundle(InertialBundleProblem& problem,
                                             problem.state(link.to), problem.gravity);
     summary.link_chi2.push_back(residual.head<9>().squaredNorm());
   }
-  add_covariance(problem, options, summary);
+  add_uncertainty(problem, options, summary);
   return summary;
 }
 

@@ -37,9 +37,10 @@ struct InertialBundleProblem {
 };
 
 struct InertialBundleOptions {
-  BundleOptions bundle{};   // passes, outliers, kernel; solver, threads and fix_scale are not used
-  bool covariance = false;  // of all free states: costs about as much as three iterations
-  int covariance_of = -1;   // of one free state alone: about as much as one iteration
+  BundleOptions bundle{};    // passes, outliers, kernel; solver, threads and fix_scale are not used
+  bool covariance = false;   // of all free states: cubic in their number
+  bool scale_sigma = false;  // for the price of an iteration
+  int covariance_of = -1;    // of one free state alone: about as much as one iteration
 
   void check() const;
 };
@@ -51,8 +52,8 @@ struct InertialBundleSummary {
   std::vector<Matrix15d> covariance;  // per pose, zero where fixed; empty unless asked for and
                                       // everything is observed
   std::optional<Matrix15d> state_covariance;  // of the one state asked for, likewise
-  double scale_sigma = 0;  // relative: of the distance of the farthest pose from the
-                           // gauge's; zero without covariance
+  double scale_sigma = 0;  // relative, of the scale that the positions of all poses give;
+                           // zero unless asked for and observed
 };
 
 // Visual-inertial adjustment: robust reprojection errors in all cameras, inertial links with the

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 #include "rover/base/error.h"
 #include "rover/base/stopwatch.h"
@@ -108,6 +109,47 @@ TEST(InertialBundle, ErrorsAreWithinTheirCovariance) {
     std::printf("%d cameras: mean normalised squared error %.2f of 15\n", cameras, sum);
     EXPECT_NEAR(sum, 15, 1.96 * std::sqrt(30.0 / runs));
     EXPECT_LT(scale, 0.3);
+  }
+}
+
+// How much longer `estimate` is than `truth`, by the similarity that fits best; logarithm.
+double scale_error(const BundleProblem& estimate, const BundleProblem& truth) {
+  Eigen::Matrix3Xd from(3, truth.world_from_body.size()), to(from);
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    from.col(i) = truth.world_from_body[static_cast<std::size_t>(i)].translation;
+    to.col(i) = estimate.world_from_body[static_cast<std::size_t>(i)].translation;
+  }
+  return std::log(Eigen::umeyama(from, to).block<3, 1>(0, 0).norm());
+}
+
+TEST(InertialBundle, TheScaleIsAsCertainAsItSays) {
+  const int runs = 80;
+  for (const double inflation : {1.0, 8.0}) {
+    double sum = 0, sigma = 0;
+    int within = 0;
+    for (int run = 0; run < runs; ++run) {
+      FlightSimulation simulation = {.points = 100, .imu_inflation = inflation};
+      simulation.seed = static_cast<std::uint64_t>(500 + run);
+      const auto flight = simulate_flight(simulation);
+      Random random(hash_seed(8, simulation.seed));
+      auto problem = disturbed(flight, 0.5, random);
+      add_bias_prior(problem, simulation.gyroscope_bias, simulation.accelerometer_bias);
+      InertialBundleOptions options = without_outlier_rule();
+      options.covariance = false;
+      options.scale_sigma = true;
+      const auto summary = adjust_inertial_bundle(problem, options);
+      ASSERT_GT(summary.scale_sigma, 0);
+      const double ratio = scale_error(problem.bundle, flight.truth.bundle) / summary.scale_sigma;
+      sum += ratio * ratio / runs;
+      sigma += summary.scale_sigma / runs;
+      within += std::abs(ratio) < 2;
+    }
+    std::printf(
+        "noise x %.0f: mean normalised squared scale error %.2f, %d of %d within 2 sigma of "
+        "%.2f%%\n",
+        inflation, sum, within, runs, 100 * sigma);
+    EXPECT_NEAR(sum, 1, 1.96 * std::sqrt(2.0 / runs) + 0.1);
+    EXPECT_GE(within, 0.9 * runs);
   }
 }
 

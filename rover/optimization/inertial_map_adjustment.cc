@@ -1,7 +1,9 @@
 #include "rover/optimization/inertial_map_adjustment.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <set>
 
 #include "rover/optimization/state_covariance.h"
 
@@ -62,24 +64,61 @@ InertialMapProblem with_inertia(const Map& map, MapProblem visual) {
 
 void free_all(MapProblem& problem) { std::ranges::fill(problem.bundle.pose_fixed, char{0}); }
 
+bool is_free(const MapProblem& problem) {
+  return std::ranges::count(problem.bundle.pose_fixed, 1) == 0;
+}
+
+// `most` keyframes up to and with one, newest first.
+std::vector<KeyframeId> backwards(const Map& map, KeyframeId from, int most) {
+  std::vector<KeyframeId> result;
+  for (; from.valid() && static_cast<int>(result.size()) < most; from = map.at(from).previous)
+    result.push_back(from);
+  return result;
+}
+
+// The rest of a map whose newest keyframes have moved freely: what lies before them moves with the
+// oldest of them, landmarks that took no part move with the keyframe that saw them first.
+void carry_rest(Map& map, const MapProblem& problem, double scale) {
+  const std::vector<KeyframeId>& moved = problem.keyframes;  // ascending
+  const std::set<LandmarkId> taken(problem.landmarks.begin(), problem.landmarks.end());
+  std::vector<KeyframeId> keyframes;
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (keyframe.id < moved.front()) keyframes.push_back(keyframe.id);
+  }
+  std::vector<std::pair<LandmarkId, KeyframeId>> landmarks;
+  for (const Landmark& landmark : map.landmarks()) {
+    const KeyframeId first = landmark.observations.front().keyframe;
+    const bool is_new = first > problem.newest;
+    if (!is_new && !taken.contains(landmark.id)) landmarks.emplace_back(landmark.id, first);
+  }
+  for (const KeyframeId id : keyframes) map.move(id, motion_of(problem, 0, scale));
+  for (const auto& [id, first] : landmarks) {
+    const auto after = std::ranges::upper_bound(moved, first);
+    const auto pose = after == moved.begin() ? 0 : after - moved.begin() - 1;
+    map.move(id, motion_of(problem, static_cast<std::size_t>(pose), scale));
+  }
+}
+
 }  // namespace
 
 InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int window,
                                           int max_fixed, const WeightingOptions& weighting) {
-  std::vector<KeyframeId> free;
-  KeyframeId id = newest;
-  for (; id.valid() && static_cast<int>(free.size()) < window; id = map.at(id).previous) {
-    free.push_back(id);
-  }
+  const std::vector<KeyframeId> free = backwards(map, newest, window);
   std::vector<KeyframeId> border;
-  if (id.valid()) border.push_back(id);
+  const KeyframeId before = map.at(free.back()).previous;
+  if (before.valid()) border.push_back(before);
   MapProblem problem = gather_problem(map, free, max_fixed, weighting, border);
   if (problem.keyframes.size() == free.size()) free_all(problem);
   return with_inertia(map, std::move(problem));
 }
 
 InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting) {
-  MapProblem problem = gather_whole_map(map, weighting);
+  return gather_newest(map, std::numeric_limits<int>::max(), weighting);
+}
+
+InertialMapProblem gather_newest(const Map& map, int most, const WeightingOptions& weighting) {
+  MapProblem problem =
+      gather_problem(map, backwards(map, map.newest_keyframe(), most), 0, weighting);
   free_all(problem);
   return with_inertia(map, std::move(problem));
 }
@@ -89,12 +128,33 @@ void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
   if (!summary.visual.usable || map.epoch() != problem.map.epoch) return;
   MapProblem visual = problem.map;
   visual.bundle = problem.inertial.bundle;
-  commit_adjustment(map, visual, summary.visual);
+  const double scale = is_free(visual) ? scale_change(visual) : 1;
+  if (is_free(visual)) {
+    carry_rest(map, visual, scale);
+    map.rescale(scale);
+  }
+  commit_adjustment(map, visual, summary.visual, scale);
   for (std::size_t i = 0; i < visual.keyframes.size(); ++i) {
     if (visual.bundle.pose_fixed[i]) continue;
     map.set_velocity(visual.keyframes[i], problem.inertial.velocity[i], problem.inertial.bias[i]);
   }
   keep_covariances(map, problem, summary);
+}
+
+double scale_change(const MapProblem& problem) {
+  const SE3& body_from_camera = problem.bundle.rig.body_from_camera[0];
+  const auto way = [&](const std::vector<SE3>& world_from_body, std::size_t i) {
+    return (world_from_body[i] * body_from_camera.translation -
+            world_from_body[i - 1] * body_from_camera.translation)
+        .norm();
+  };
+  double product = 0, square = 0;
+  for (std::size_t i = 1; i < problem.keyframes.size(); ++i) {
+    const double then = way(problem.initial_poses, i);
+    product += then * way(problem.bundle.world_from_body, i);
+    square += then * then;
+  }
+  return square > 0 ? product / square : 1;
 }
 
 }  // namespace rover

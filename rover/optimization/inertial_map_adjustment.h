@@ -22,8 +22,18 @@ InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int
 // Every keyframe and landmark; all are free.
 InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting);
 
-// commit_adjustment with velocities, biases and what the adjustment tells of covariances.
+// The newest keyframes and the landmarks they see, all free: of a map of `most` keyframes or fewer
+// all of it.
+InertialMapProblem gather_newest(const Map& map, int most, const WeightingOptions& weighting);
+
+// commit_adjustment with velocities, biases and what the adjustment tells of covariances. Where no
+// state was fixed, scale and tilt of the map may have changed: keyframes and landmarks older than
+// the problem move along with its oldest keyframe, and poses kept relative to keyframes follow
+// (Map::rescale).
 void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
                                 const InertialBundleSummary& summary);
+
+// By how much the ways from keyframe to keyframe have grown.
+double scale_change(const MapProblem& problem);
 
 }  // namespace rover

@@ -107,6 +107,11 @@ Eigen::MatrixXd InertialBundleModel::covariance(const Equations& equations) {
   return complement_.covariance(equations.visual, equations.states);
 }
 
+std::optional<double> InertialBundleModel::variance(const Equations& equations,
+                                                    const Eigen::VectorXd& by_states) {
+  return complement_.variance(equations.visual, equations.states, by_states);
+}
+
 std::optional<Matrix15d> InertialBundleModel::covariance_of(int pose, const Equations& equations) {
   if (rows_[pose] < 0) return std::nullopt;
   return complement_.covariance_of(rows_[pose], equations.visual, equations.states);

@@ -45,6 +45,8 @@ class InertialBundleModel {
   // their covariance (an empty matrix where something is not observed).
   Eigen::MatrixXd information(const Equations& equations);
   Eigen::MatrixXd covariance(const Equations& equations);
+  // Of one linear function of them.
+  std::optional<double> variance(const Equations& equations, const Eigen::VectorXd& by_states);
   // Likewise of one free pose's state, without the others'.
   std::optional<Matrix15d> covariance_of(int pose, const Equations& equations);
 

@@ -40,6 +40,7 @@ class TwoFrameModel {
     equations.imu_chi2 = add_imu_factor(problem_.motion, state.last, state.current,
                                         problem_.gravity, last_row_, 0, equations);
     if (last_row_ >= 0) add_prior(prior_, state.last, last_row_, equations);
+    if (problem_.current_prior) add_prior(*problem_.current_prior, state.current, 0, equations);
   }
   bool solve(const Equations& equations, const Damping& damping, Step& step) const {
     return solve_damped(equations, damping, step);

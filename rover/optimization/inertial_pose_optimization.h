@@ -28,6 +28,7 @@ struct InertialPoseProblem {
   // it.
   std::optional<Matrix15d> last_information{};
   std::span<const PoseObservation> observations{};  // of the current frame
+  std::optional<StatePrior> current_prior{};        // standing still, for one
   Eigen::Vector3d gravity = gravity_of_z_up();
 };
 

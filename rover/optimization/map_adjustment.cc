@@ -102,25 +102,24 @@ void remove_unsupported(Map& map, const std::vector<LandmarkId>& landmarks) {
 }
 
 // Keyframes made after the snapshot follow their parents, landmarks only they see follow them.
-void move_newcomers(Map& map, const MapProblem& problem) {
-  std::map<KeyframeId, SE3> corrections;  // new_world_from_world
+void move_newcomers(Map& map, const MapProblem& problem, double scale) {
+  std::map<KeyframeId, Sim3> motions;
   for (std::size_t i = 0; i < problem.keyframes.size(); ++i) {
-    corrections[problem.keyframes[i]] =
-        problem.bundle.world_from_body[i] * problem.initial_poses[i].inverse();
+    motions[problem.keyframes[i]] = motion_of(problem, i, scale);
   }
   std::vector<KeyframeId> newcomers;
   for (const Keyframe& keyframe : map.keyframes()) {
     if (keyframe.id > problem.newest) newcomers.push_back(keyframe.id);
   }
   for (const KeyframeId id : newcomers) {
-    const auto parent = corrections.find(map.at(id).parent);
-    if (parent == corrections.end()) continue;
-    const SE3 correction = parent->second;
-    corrections[id] = correction;
-    map.set_pose(id, correction * map.at(id).world_from_body());
+    const auto parent = motions.find(map.at(id).parent);
+    if (parent == motions.end()) continue;
+    const Sim3 motion = parent->second;
+    motions[id] = motion;
+    map.move(id, motion);
     for (const LandmarkId landmark : map.landmarks_of(id)) {
       if (map.at(landmark).observations.front().keyframe != id) continue;
-      map.set_position(landmark, correction * map.at(landmark).position);
+      map.move(landmark, motion);
     }
   }
 }
@@ -173,7 +172,8 @@ BundleSummary adjust(MapProblem& problem, BundleOptions options) {
   return adjust_bundle(problem.bundle, options);
 }
 
-void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary& summary) {
+void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary& summary,
+                       double scale) {
   if (!summary.usable || map.epoch() != problem.epoch) return;
   for (std::size_t i = 0; i < problem.keyframes.size(); ++i) {
     if (problem.bundle.pose_fixed[i]) continue;
@@ -182,9 +182,16 @@ void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary&
   for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
     map.set_position(problem.landmarks[i], problem.bundle.points[i]);
   }
-  move_newcomers(map, problem);
+  move_newcomers(map, problem, scale);
   remove_outliers(map, problem, summary.inliers);
   remove_unsupported(map, problem.landmarks);
+}
+
+Sim3 motion_of(const MapProblem& problem, std::size_t pose, double scale) {
+  const SE3& body_from_camera = problem.bundle.rig.body_from_camera[0];
+  const SE3 now = problem.bundle.world_from_body[pose] * body_from_camera;
+  const SE3 then = problem.initial_poses[pose] * body_from_camera;
+  return Sim3(now, scale) * Sim3(then).inverse();
 }
 
 }  // namespace rover

@@ -45,7 +45,13 @@ BundleSummary adjust(MapProblem& problem, BundleOptions options);
 
 // Writes an adjusted problem back: poses and positions of what is still there; observations that
 // turned out as outliers are removed, with landmarks that are left with less than two views.
-// Keyframes made since it was gathered, and landmarks only they see, move with their parents.
-void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary& summary);
+// Keyframes made since it was gathered, and landmarks only they see, move with their parents, to
+// which their distance grows by the factor `scale`.
+void commit_adjustment(Map& map, const MapProblem& problem, const BundleSummary& summary,
+                       double scale = 1);
+
+// How a keyframe (the index is the pose's) and all that hangs on it have moved: its camera exactly,
+// distances by the factor `scale`.
+Sim3 motion_of(const MapProblem& problem, std::size_t pose, double scale);
 
 }  // namespace rover

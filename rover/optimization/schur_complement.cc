@@ -1,6 +1,12 @@
 #include "rover/optimization/schur_complement.h"
 
 namespace rover {
+namespace {
+
+// Points on a single ray have no certain depth: a trace of damping keeps them solvable.
+Damping trace() { return Damping(1e-12); }
+
+}  // namespace
 
 SchurComplement::SchurComplement(const BundleStructure& structure)
     : SchurComplement(structure, 6) {}
@@ -38,10 +44,9 @@ bool SchurComplement::solve_reduced() {
   return right_side_.allFinite();
 }
 
-// Points on a single ray have no certain depth: a trace of damping keeps them solvable.
 Eigen::MatrixXd SchurComplement::information(const BundleEquations& equations,
                                              const DenseEquations& states) {
-  if (!reduce(equations, &states, Damping(1e-12))) return {};
+  if (!reduce(equations, &states, trace())) return {};
   return reduced_.selfadjointView<Eigen::Lower>();
 }
 
@@ -59,9 +64,20 @@ Eigen::MatrixXd SchurComplement::covariance(const BundleEquations& equations,
   return result;
 }
 
+std::optional<double> SchurComplement::variance(const BundleEquations& equations,
+                                                const DenseEquations& states,
+                                                const Eigen::VectorXd& by_states) {
+  if (!reduce(equations, &states, trace())) return std::nullopt;
+  right_side_ = by_states;
+  hold_directions(states.held, reduced_, right_side_);
+  const Eigen::VectorXd unheld = right_side_;
+  if (!solve_reduced()) return std::nullopt;
+  return unheld.dot(right_side_);
+}
+
 std::optional<Matrix15d> SchurComplement::covariance_of(int row, const BundleEquations& equations,
                                                         const DenseEquations& states) {
-  if (!reduce(equations, &states, Damping(1e-12))) return std::nullopt;
+  if (!reduce(equations, &states, trace())) return std::nullopt;
   hold_directions(states.held, reduced_, right_side_);
   std::optional<Matrix15d> result = inverse_block(reduced_, row);
   for (Eigen::Index k = 0; result && k < states.held.cols(); ++k) {

@@ -43,6 +43,10 @@ class SchurComplement {
   // An empty matrix where something is not observed.
   Eigen::MatrixXd covariance(const BundleEquations& equations, const DenseEquations& states);
 
+  // The variance of one linear function of the free states: what `covariance` says of it, for the
+  // price of a step. Nothing where it is not observed.
+  std::optional<double> variance(const BundleEquations& equations, const DenseEquations& states,
+                                 const Eigen::VectorXd& by_states);
   // The diagonal block of it that one whole state has, its unknowns from `row` on.
   std::optional<Matrix15d> covariance_of(int row, const BundleEquations& equations,
                                          const DenseEquations& states);

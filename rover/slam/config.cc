@@ -78,6 +78,7 @@ void add_inertial(Config& c, Fields& fields) {
   InertialTrackingOptions& t = c.tracking.inertial;
   InertialMapperOptions& m = c.mapping.inertial;
   InitializationOptions& i = m.initialization;
+  StillnessOptions& s = c.tracking.still;
   fields.insert(fields.end(),
                 {{"keyframe.max_gap_waiting", &c.tracking.keyframe.max_gap_waiting},
                  {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
@@ -85,6 +86,13 @@ void add_inertial(Config& c, Fields& fields) {
                  {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},
                  {"mapping.recent_gap", &c.mapping.gaps.recent},
                  {"mapping.old_gap", &c.mapping.gaps.old},
+                 {"still.min_duration", &s.min_duration},
+                 {"still.max_pixel_motion", &s.max_pixel_motion},
+                 {"still.min_landmarks", &s.min_landmarks},
+                 {"still.velocity_sigma", &s.velocity_sigma},
+                 {"still.gyroscope", &s.rest.gyroscope},
+                 {"still.accelerometer", &s.rest.accelerometer},
+                 {"still.gravity", &s.rest.gravity},
                  {"imu.gyroscope_inflation", &t.noise.gyroscope_inflation},
                  {"imu.accelerometer_inflation", &t.noise.accelerometer_inflation},
                  {"imu.gyroscope_walk_inflation", &t.noise.gyroscope_walk_inflation},
@@ -99,6 +107,7 @@ void add_inertial(Config& c, Fields& fields) {
                  {"inertial.gyroscope_bias_sigma", &t.gyroscope_bias_sigma},
                  {"inertial.accelerometer_bias_sigma", &t.accelerometer_bias_sigma},
                  {"inertial.min_inliers", &t.min_inliers},
+                 {"inertial.min_gap", &t.min_gap},
                  {"inertial.max_dead_reckoning", &t.max_dead_reckoning},
                  {"inertial.max_interval", &t.max_interval},
                  {"inertial.window", &m.window},

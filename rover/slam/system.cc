@@ -1,6 +1,7 @@
 #include "rover/slam/system.h"
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 
 #include "rover/base/error.h"
@@ -43,6 +44,17 @@ void check_image(const cv::Mat& image, const Camera& camera, const char* name) {
           name, image.cols, image.rows, camera.width(), camera.height());
 }
 
+// Real images of the same view differ by noise. A buffer that the caller has filled anew cannot be
+// compared.
+bool is_same_image(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type() || a.data == b.data) return false;
+  const auto row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
+  for (int row = 0; row < a.rows; ++row) {
+    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 class System::Implementation {
@@ -78,6 +90,7 @@ class System::Implementation {
     placed_.clear();
     next_frame_ = 0;
     last_time_.reset();
+    last_left_.release();
   }
 
   // On the clock of the cameras.
@@ -88,9 +101,11 @@ class System::Implementation {
   }
 
   TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
-    check_input(time, left, right);
+    check_input(left, right);
     const FrameId id{next_frame_++};
     worker_->set_current_frame(id);
+    if (last_time_ && time <= *last_time_) return left_out(id, time);
+    last_time_ = time;
     const TrackingResult result = track(id, time, left, right);
     record(result);
     if (result.new_keyframe.valid()) {
@@ -165,36 +180,49 @@ class System::Implementation {
 
   void adjust_with_inertia(SharedMap& shared) const {
     InertialMapProblem problem = gather_inertial_map(*shared.view(), config_.weighting);
-    const auto summary = adjust_inertial_bundle(problem.inertial, {config_.final_adjustment, true});
+    const auto summary = adjust_inertial_bundle(
+        problem.inertial, {.bundle = config_.final_adjustment, .scale_sigma = true});
     InertialStatus status = shared.view()->inertial();
-    if (!summary.covariance.empty()) status.scale_sigma = summary.scale_sigma;
+    if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
     shared.commit([&](Map& map) {
       commit_inertial_adjustment(map, problem, summary);
       map.set_inertial(status);
     });
   }
 
-  void check_input(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
-    require(!last_time_ || time > *last_time_,
-            "the time stamp {} does not come after the last one, {}; images must come in order",
-            format_seconds(time), format_seconds(last_time_.value_or(0)));
+  static TrackingResult left_out(FrameId id, Timestamp time) {
+    TrackingResult result;
+    result.anchored.frame = id;
+    result.anchored.time = time;
+    result.left_out = true;
+    return result;
+  }
+
+  void check_input(const cv::Mat& left, const cv::Mat& right) const {
     check_image(left, rig_->cameras[0], "left");
     if (!right.empty()) {
       require(rig_->size() > 1, "mode mono takes one image; use mode stereo for two");
       check_image(right, rig_->cameras[1], "right");
     }
-    last_time_ = time;
   }
 
   TrackingResult track(FrameId id, Timestamp time, const cv::Mat& left, const cv::Mat& right) {
     const PriorityGate::Hold hold(gate_);
+    if (shows_nothing_new(left)) return tracker_->skip(id, time);
+    last_left_ = left;
     StageTimes times;
     StageTimer timer(times);
     Frame frame = builder_->build(id, time, left, right, tracker_->last_matches());
+    saw_features_ = frame.size() > 0;
     timer.done("features");
     TrackingResult result = tracker_->track(std::move(frame));
     result.times.insert(result.times.begin(), times.begin(), times.end());
     return result;
+  }
+
+  // A camera that repeats its last image says nothing of this moment, unless nothing moves.
+  bool shows_nothing_new(const cv::Mat& left) const {
+    return imu_ && saw_features_ && !tracker_->still() && is_same_image(left, last_left_);
   }
 
   // Mapping on a thread of its own steps aside for tracking between the layers of the matcher.
@@ -210,6 +238,11 @@ class System::Implementation {
   void record(const TrackingResult& result) {
     placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
     if (result.placed()) placed_.push_back(result.anchored);
+    for (const AnchoredPose& pose : result.corrected) {
+      const auto place = std::find_if(placed_.rbegin(), placed_.rend(),
+                                      [&](const auto& old) { return old.frame == pose.frame; });
+      if (place != placed_.rend()) *place = pose;
+    }
   }
 
   Config config_;
@@ -227,6 +260,8 @@ class System::Implementation {
   std::vector<AnchoredPose> placed_;
   std::int64_t next_frame_ = 0;
   std::optional<Timestamp> last_time_;
+  cv::Mat last_left_;  // inertial modes: of the frame before
+  bool saw_features_ = false;
 };
 
 System::System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& mask,

@@ -52,9 +52,9 @@ class System {
   // it is out of order or not finite.
   bool add_imu(const ImuSample& sample);
 
-  // Tracks the next frame. time: ns, must increase. Images: 8 bit, one channel, of the
-  // calibration's size; `right` may be empty in stereo (the frame is used as mono). Throws
-  // InputError otherwise.
+  // Tracks the next frame. time: ns; a frame that is not later than the one before is left out, and
+  // the result says so. Images: 8 bit, one channel, of the calibration's size; `right` may be empty
+  // in stereo (the frame is used as mono). Throws InputError otherwise.
   TrackingResult add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right = {});
 
   // Waits until mapping has done all it was given.

@@ -5,7 +5,7 @@
 namespace rover {
 namespace {
 
-// A velocity that nobody knows, m/s, after a pose was found without inertial data.
+// A velocity that nobody knows, m/s: of a keyframe that no inertial data lead to.
 constexpr double kUnknownVelocity = 2;
 
 Matrix15d diagonal_information(double position, double rotation, double velocity, double gyroscope,
@@ -15,6 +15,10 @@ Matrix15d diagonal_information(double position, double rotation, double velocity
       Eigen::Vector3d::Constant(velocity), Eigen::Vector3d::Constant(gyroscope),
       Eigen::Vector3d::Constant(accelerometer);
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+void set_velocity_sigma(double sigma, Matrix15d& information) {
+  information.block<3, 3>(6, 6) = Eigen::Matrix3d::Identity() / (sigma * sigma);
 }
 
 bool same(const InertialState& a, const InertialState& b) {
@@ -29,6 +33,7 @@ void InertialTrackingOptions::check() const {
   require(position_sigma > 0 && rotation_sigma > 0 && velocity_sigma > 0 &&
               gyroscope_bias_sigma > 0 && accelerometer_bias_sigma > 0,
           "inertial: the standard deviations of a keyframe's state must be positive");
+  require(min_gap > 0, "inertial.min_gap is {}; use a positive number of seconds", min_gap);
   require(max_dead_reckoning >= 0, "inertial.max_dead_reckoning is {}; use 0 s or more",
           max_dead_reckoning);
   require(min_inliers >= 4, "inertial.min_inliers is {}; use 4 or more", min_inliers);
@@ -56,9 +61,11 @@ Matrix15d InertialTracking::usual_information() const {
 }
 
 Matrix15d InertialTracking::information_of(const Keyframe& keyframe) const {
-  if (!keyframe.covariance) return usual_information();
+  Matrix15d usual = usual_information();
+  if (!keyframe.motion) set_velocity_sigma(kUnknownVelocity, usual);
+  if (!keyframe.covariance) return usual;
   const Eigen::MatrixXd information = inverse_of(keyframe.covariance->state);
-  return information.rows() == 0 ? usual_information() : Matrix15d(information);
+  return information.rows() == 0 ? usual : Matrix15d(information);
 }
 
 void InertialTracking::follow(const Map& map) {
@@ -79,6 +86,7 @@ void InertialTracking::follow(const Map& map) {
   keyframe_state_ = state;
   bias_ = state.bias;
   last_ = {newest.frame.time, state, information_of(newest)};
+  reckoned_.clear();
   if (!newest.covariance) return;
   drift_ = newest.covariance->drift;
   anchor_ = newest.covariance->anchor;
@@ -94,6 +102,7 @@ std::optional<SE3> InertialTracking::predict(Timestamp time) {
 PoseEstimate InertialTracking::estimate(const Rig& rig,
                                         std::span<const PoseObservation> observations) {
   InertialPoseProblem problem{rig, *motion_, last_->state, last_->information, observations};
+  if (still_sigma_) problem.current_prior = zero_velocity_prior(*still_sigma_);
   current_ = optimize_inertial_pose(problem, options_.pose);
   PoseEstimate pose;
   pose.world_from_body = current_.current.world_from_body;
@@ -105,17 +114,35 @@ PoseEstimate InertialTracking::estimate(const Rig& rig,
   return pose;
 }
 
-void InertialTracking::accept() {
+void InertialTracking::accept(bool seen) {
+  smoothed_.clear();
   if (!motion_ || !current_.converged) return;
+  if (!seen || !reckoned_.empty()) {
+    reckoned_.push_back({last_->state, last_->information, motion_});
+  }
   last_ = {motion_->end(), current_.current, current_.information};
+  if (seen && !reckoned_.empty()) smooth();
 }
 
-void InertialTracking::restart(Timestamp time, const SE3& world_from_body) {
-  const Eigen::Vector3d velocity = last_ ? last_->state.velocity : Eigen::Vector3d::Zero();
-  Matrix15d information = usual_information();
-  information.block<3, 3>(6, 6) =
-      Eigen::Matrix3d::Identity() / (kUnknownVelocity * kUnknownVelocity);
-  last_ = {time, {world_from_body, velocity, bias_}, information};
+void InertialTracking::smooth() {
+  const auto states = smooth_reckoning(reckoned_, last_->state);
+  for (std::size_t i = 1; i < states.size(); ++i) {  // the first was seen
+    smoothed_.push_back({reckoned_[i].motion->begin(), states[i]});
+  }
+  reckoned_.clear();
+}
+
+void InertialTracking::restart(Timestamp time, const SE3& world_from_body,
+                               const Eigen::Vector3d& velocity, double sigma) {
+  last_ = {time, {world_from_body, velocity, bias_}, usual_information()};
+  set_velocity_sigma(sigma, last_->information);
+  reckoned_.clear();
+  smoothed_.clear();
+}
+
+std::span<const ImuSample> InertialTracking::samples() const {
+  if (!motion_) return {};
+  return motion_->samples();
 }
 
 std::optional<InertialState> InertialTracking::state() const {

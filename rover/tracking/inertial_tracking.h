@@ -3,10 +3,12 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "rover/imu/imu_buffer.h"
 #include "rover/map/map.h"
 #include "rover/optimization/inertial_pose_optimization.h"
+#include "rover/optimization/inertial_smoothing.h"
 
 namespace rover {
 
@@ -20,10 +22,17 @@ struct InertialTrackingOptions {
   double gyroscope_bias_sigma = 0.001;     // rad/s
   double accelerometer_bias_sigma = 0.02;  // m/s^2
   int min_inliers = 5;            // with a state, so few landmarks in the local map confirm a pose
+  double min_gap = 0.25;          // s without vision that are reported, and after which other
+                                  // places than the last one are looked at
   double max_dead_reckoning = 5;  // s without vision that inertial data bridge
   double max_interval = 60;       // s between keyframes over which motion is integrated at all
 
   void check() const;
+};
+
+struct StampedState {
+  Timestamp time = 0;
+  InertialState state;
 };
 
 // The state of the body from frame to frame, in the frame of an aligned map: predicted by
@@ -47,15 +56,24 @@ class InertialTracking {
   std::optional<SE3> predict(Timestamp time);
   // The state of the frame predicted, with what it sees (nothing: dead reckoning).
   PoseEstimate estimate(const Rig& rig, std::span<const PoseObservation> observations);
-  // The last estimate is right: it is where the next prediction starts.
-  void accept();
-  // A pose was found without a state; velocities have to be found again.
-  void restart(Timestamp time, const SE3& world_from_body);
-  void forget() { last_.reset(), motion_.reset(); }
+  // The next estimates are of a body that stands still, up to `sigma` m/s.
+  void hold_still(double sigma) { still_sigma_ = sigma; }
+  void release() { still_sigma_.reset(); }
+  // The last estimate is right: it is where the next prediction starts. `seen`: with vision, else
+  // it is dead reckoning.
+  void accept(bool seen = true);
+  // A pose was found without a state: the velocity (world, m/s) is known to `sigma` only.
+  void restart(Timestamp time, const SE3& world_from_body, const Eigen::Vector3d& velocity,
+               double sigma);
+  void forget() { last_.reset(), motion_.reset(), reckoned_.clear(); }
   // Drops samples that no later call will ask for.
   void forget_before(Timestamp time) { imu_.forget_before(time); }
 
   bool has_prediction() const { return motion_ != nullptr; }
+  // The samples from the last state to the frame predicted; none without a prediction.
+  std::span<const ImuSample> samples() const;
+  // After accept() ended dead reckoning: the states in between as they look from its end, in order.
+  const std::vector<StampedState>& smoothed() const { return smoothed_; }
   // Of the last accepted frame; nothing where there is no state.
   std::optional<InertialState> state() const;
   const Matrix15d& covariance() const { return current_.covariance; }
@@ -73,6 +91,7 @@ class InertialTracking {
   };
   Matrix15d usual_information() const;
   Matrix15d information_of(const Keyframe& keyframe) const;
+  void smooth();
 
   InertialTrackingOptions options_;
   ImuNoise noise_;
@@ -87,6 +106,9 @@ class InertialTracking {
   double anchor_ = 0;
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;
+  std::optional<double> still_sigma_;
+  std::vector<ReckonedStep> reckoned_;  // since vision last confirmed a state
+  std::vector<StampedState> smoothed_;
 };
 
 }  // namespace rover

@@ -89,6 +89,46 @@ TEST_F(InertialTrackingTest, DeadReckoningGrowsUncertain) {
   EXPECT_GT(before, 0.03);
 }
 
+TEST_F(InertialTrackingTest, CorrectsWhatItReckonedOnceItSees) {
+  std::vector<double> reckoned;
+  for (int i = 1; i <= 40; ++i) {
+    tracking_.follow(map_);
+    ASSERT_TRUE(tracking_.predict(stamp(0.05 * i)));
+    const bool seen = i < 10 || i == 40;
+    const PoseEstimate pose =
+        tracking_.estimate(map_.rig(), seen ? look(0.05 * i) : std::vector<PoseObservation>());
+    tracking_.accept(seen);
+    if (!seen) reckoned.push_back(error(pose.world_from_body, 0.05 * i));
+  }
+  const auto& smoothed = tracking_.smoothed();
+  ASSERT_EQ(smoothed.size(), reckoned.size());
+  double before = 0, after = 0;
+  for (std::size_t k = 0; k < smoothed.size(); ++k) {
+    EXPECT_EQ(smoothed[k].time, stamp(0.05 * (static_cast<double>(k) + 10)));
+    before += reckoned[k];
+    after += error(smoothed[k].state.world_from_body, seconds_between(0, smoothed[k].time));
+  }
+  EXPECT_LT(after, before);
+  tracking_.predict(stamp(2.05));
+  tracking_.estimate(map_.rig(), look(2.05));
+  tracking_.accept();
+  EXPECT_TRUE(tracking_.smoothed().empty());
+}
+
+TEST_F(InertialTrackingTest, IsSureOfItsVelocityWhereItStandsStill) {
+  const auto sigma_after = [&] {
+    tracking_.predict(stamp(0.05));
+    tracking_.estimate(map_.rig(), {});
+    return std::sqrt(tracking_.covariance().block<3, 3>(6, 6).trace() / 3);
+  };
+  tracking_.follow(map_);
+  const double free = sigma_after();
+  tracking_.hold_still(0.005);
+  EXPECT_LT(sigma_after(), 0.005);
+  tracking_.release();
+  EXPECT_NEAR(sigma_after(), free, 1e-9);
+}
+
 TEST_F(InertialTrackingTest, TakesUpWhatMappingChanges) {
   tracking_.follow(map_);
   ASSERT_TRUE(tracking_.predict(stamp(0.1)));
@@ -109,7 +149,7 @@ TEST_F(InertialTrackingTest, BeginsAgainWithoutAVelocity) {
   tracking_.forget();
   tracking_.follow(map_);
   EXPECT_FALSE(tracking_.predict(stamp(1)));
-  tracking_.restart(stamp(1), motion_.pose(1));
+  tracking_.restart(stamp(1), motion_.pose(1), Eigen::Vector3d::Zero(), 2);
   for (int i = 1; i <= 20; ++i) {
     tracking_.follow(map_);
     ASSERT_TRUE(tracking_.predict(stamp(1 + 0.05 * i)));

@@ -38,14 +38,19 @@ int established_landmarks(const Map& map, const Keyframe& keyframe) {
   return count;
 }
 
+// Hovering where the reference keyframe was: another one would see the same, and push those with
+// parallax out of the window.
+bool is_staying(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  return evidence.inertial && evidence.parallax <= options.moving_parallax &&
+         evidence.rotation <= options.moving_rotation;
+}
+
 // Inertial data say less the longer they are integrated.
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (!evidence.inertial) return false;
   constexpr double kTolerance = 1e-3;  // s: stamps jitter
   const double gap = evidence.aligned ? options.max_gap : options.max_gap_waiting;
-  const bool moving =
-      evidence.parallax > options.moving_parallax || evidence.rotation > options.moving_rotation;
-  return moving && evidence.seconds_since_keyframe > gap - kTolerance;
+  return evidence.seconds_since_keyframe > gap - kTolerance;
 }
 
 }  // namespace
@@ -61,12 +66,14 @@ void KeyframePolicyOptions::check() const {
 }
 
 bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
-  if (evidence.inliers < options.min_inliers) return false;
+  if (evidence.inliers < options.min_inliers || evidence.still) return false;
   const bool needs_near = evidence.stereo && evidence.near_tracked < options.min_near &&
                           evidence.near_new > options.min_new_near;
   const bool fading = evidence.inliers < options.min_landmarks &&
                       evidence.inliers < 0.9 * evidence.reference_landmarks;
-  if (needs_near || fading || is_due(evidence, options)) return true;
+  if (fading) return true;
+  if (is_staying(evidence, options)) return false;
+  if (needs_near || is_due(evidence, options)) return true;
   if (evidence.frames_since_keyframe < options.min_gap) return false;
   return evidence.inliers < options.min_tracked_share * evidence.reference_landmarks ||
          evidence.parallax > options.max_parallax || evidence.rotation > options.max_rotation;

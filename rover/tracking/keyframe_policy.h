@@ -37,6 +37,7 @@ struct KeyframeEvidence {
   int near_new = 0;      // stereo: near features that are no landmarks
   bool inertial = false;
   bool aligned = false;               // inertial: the map is
+  bool still = false;                 // inertial: the body stands still
   double seconds_since_keyframe = 0;  // inertial
 };
 

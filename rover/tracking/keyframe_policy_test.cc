@@ -84,6 +84,22 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
   EXPECT_FALSE(wants_keyframe(evidence, options));
 }
 
+TEST(KeyframePolicy, HoveringAndStandingStillAddNone) {
+  const KeyframePolicyOptions options;
+  KeyframeEvidence evidence = quiet();
+  evidence.inertial = evidence.aligned = true;
+  evidence.parallax = evidence.rotation = 0.5;
+  evidence.seconds_since_keyframe = 30;
+  evidence.stereo = true;
+  evidence.near_tracked = 10;
+  evidence.near_new = 300;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+  evidence.inliers = options.min_landmarks - 1;  // what is tracked fades
+  EXPECT_TRUE(wants_keyframe(evidence, options));
+  evidence.still = true;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+}
+
 TEST(KeyframePolicy, RefusesOptionsThatMakeNoSense) {
   KeyframePolicyOptions options;
   EXPECT_NO_THROW(options.check());

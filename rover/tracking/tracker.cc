@@ -44,6 +44,7 @@ void TrackerOptions::check() const {
   initialization.check();
   initial_adjustment.check();
   inertial.check();
+  still.check();
 }
 
 Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
@@ -56,7 +57,8 @@ Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
       pixel_scale_(rig_->cameras[0].width() / kReferenceWidth),
       relocalizer_(family.matcher, options.relocalization, options.pose, options.weighting,
                    hash_seed(seed, kRelocalization)),
-      initializer_(rig_, family.matcher, options.initialization, hash_seed(seed, kInitialization)) {
+      initializer_(rig_, family.matcher, options.initialization, hash_seed(seed, kInitialization)),
+      still_(options.still, rig_->cameras[0].width()) {
   options_.check();
   if (imu) inertial_ = std::make_unique<InertialTracking>(*imu, options_.inertial);
 }
@@ -75,6 +77,7 @@ TrackingResult Tracker::track(Frame frame) {
     timer.done("local_map");
     accept(frame, *view, result);
     decide_keyframe(*view, frame, result);
+    correct_gap(*map_->view(), result);
     timer.done("keyframe");
   } else {
     lose(frame, result);
@@ -93,7 +96,9 @@ bool Tracker::locate(const Map& map, const FeatureGrid& grid, Frame& frame) {
   }
   rebase(map);
   predicted_ = frame.world_from_body = predict(frame.time);
+  if (frame.size() < needed_inliers()) return false;
   return match_to_last(map, grid, frame) || match_to_reference(map, frame) ||
+         (is_blind(frame.time) && match_to_place(map, frame)) ||
          (state_ == TrackingState::kDeadReckoning && relocalize(map, frame));
 }
 
@@ -110,9 +115,7 @@ void Tracker::rebase(const Map& map) {
 }
 
 SE3 Tracker::predict(Timestamp time) {
-  if (inertial_) {
-    if (const auto predicted = inertial_->predict(time)) return *predicted;
-  }
+  if (const auto predicted = predict_by_inertia(time)) return *predicted;
   if (!velocity_known_) return last_->world_from_body;
   SE3 predicted = last_->world_from_body * se3_exp(velocity_ * seconds_between(last_->time, time));
   if (inertial_) predicted.rotation = predict_rotation(time, predicted.rotation);
@@ -136,6 +139,7 @@ void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result)
                 seconds_between(last_->time, frame.time);
   }
   result.last_from_body = motion_since_given(frame);
+  note_gap(frame, result);
   state_ = TrackingState::kOk;
   give(frame, map, result);
   accept_state(frame, map, result);
@@ -146,13 +150,11 @@ void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result)
   ++frames_since_keyframe_;
 }
 
-// What odometry says. After dead reckoning, what vision corrects is no motion.
+// What odometry says. After a time without vision, what vision corrects is no motion.
 SE3 Tracker::motion_since_given(const Frame& frame) const {
-  if (state_ == TrackingState::kOk && last_) {
-    return world_from_given_.inverse() * frame.world_from_body;
-  }
-  if (state_ == TrackingState::kDeadReckoning) return world_from_given_.inverse() * predicted_;
-  return {};
+  const bool known = state_ == TrackingState::kOk || state_ == TrackingState::kDeadReckoning;
+  if (!known || !last_) return {};
+  return world_from_given_.inverse() * (is_blind(frame.time) ? predicted_ : frame.world_from_body);
 }
 
 void Tracker::give(const Frame& frame, const Map& map, TrackingResult& result) {
@@ -170,6 +172,8 @@ void Tracker::lose(const Frame& frame, TrackingResult& result) {
   if (state_ == TrackingState::kOk || state_ == TrackingState::kDeadReckoning) {
     state_ = TrackingState::kLost;
     if (inertial_) inertial_->forget();
+    reckoned_.clear();
+    still_.reset();
     lost_since_ = frame.time;
     relocalization_turn_ = 0;
   }
@@ -192,6 +196,7 @@ void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult
   evidence.frames_since_keyframe = frames_since_keyframe_;
   evidence.inertial = inertial_ != nullptr;
   evidence.aligned = map.inertial().aligned;
+  evidence.still = still_.still();
   evidence.seconds_since_keyframe =
       seconds_between(map.at(map.newest_keyframe()).frame.time, frame.time);
   if (!wants_keyframe(evidence, options_.keyframe)) return;

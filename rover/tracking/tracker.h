@@ -16,6 +16,7 @@
 #include "rover/tracking/local_map.h"
 #include "rover/tracking/mono_initializer.h"
 #include "rover/tracking/relocalizer.h"
+#include "rover/tracking/stillness.h"
 #include "rover/tracking/tracking_result.h"
 
 namespace rover {
@@ -41,6 +42,7 @@ struct TrackerOptions {
   MonoInitializerOptions initialization;
   BundleOptions initial_adjustment;
   InertialTrackingOptions inertial;
+  StillnessOptions still;
 
   void check() const;
 };
@@ -56,6 +58,11 @@ class Tracker {
   // left out, as it is out of order or not finite.
   bool add_imu(const ImuSample& sample) { return inertial_->add(sample); }
   TrackingResult track(Frame frame);
+  // A frame whose image shows nothing new (the camera repeated itself): inertial data carry on, or
+  // it is left out.
+  TrackingResult skip(FrameId id, Timestamp time);
+  // Inertial modes: the body stands still.
+  bool still() const { return still_.still(); }
 
   // Matches of the last tracked frame, for the adaptive threshold; 0 while lost.
   int last_matches() const { return last_matches_; }
@@ -75,6 +82,7 @@ class Tracker {
   bool match_by_motion(const Map& map, const FeatureGrid& grid, double radius, Frame& frame);
   bool match_by_learning(const Map& map, Frame& frame);
   bool match_to_reference(const Map& map, Frame& frame);
+  bool match_to_place(const Map& map, Frame& frame);
   bool relocalize(const Map& map, Frame& frame);
   bool track_local_map(const Map& map, const FeatureGrid& grid, Frame& frame,
                        TrackingResult& result);
@@ -91,6 +99,10 @@ class Tracker {
   // Of inertial modes; without effect in others.
   void accept_state(const Frame& frame, const Map& map, TrackingResult& result);
   bool dead_reckon(const Map& map, const Frame& frame, TrackingResult& result);
+  std::optional<SE3> predict_by_inertia(Timestamp time);
+  bool is_blind(Timestamp now) const;
+  void note_gap(const Frame& frame, TrackingResult& result);
+  void correct_gap(const Map& map, TrackingResult& result);
   void enter_inertia(Map& map, KeyframeId keyframe) const;
   void forget_samples(Timestamp now);
   std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, double radius,
@@ -107,6 +119,7 @@ class Tracker {
   Relocalizer relocalizer_;
   MonoInitializer initializer_;
   std::unique_ptr<InertialTracking> inertial_;  // null in visual modes
+  StillnessDetector still_;
 
   std::shared_ptr<SharedMap> map_;
   TrackingState state_ = TrackingState::kWaiting;
@@ -122,6 +135,7 @@ class Tracker {
   Timestamp lost_since_ = 0;
   int relocalization_turn_ = 0;
   int last_matches_ = 0;
+  std::vector<AnchoredPose> reckoned_;  // frames without vision since the last one tracked
   int frames_since_keyframe_ = 0;
   std::map<LandmarkId, std::pair<int, int>> sightings_;  // visible, found; since last keyframe
 };

@@ -2,9 +2,17 @@
 
 #include <algorithm>
 
+#include "rover/map/visibility.h"
 #include "rover/tracking/tracker.h"
 
 namespace rover {
+namespace {
+
+// How well a velocity is known that two poses tell, or that nothing tells, m/s.
+constexpr double kSeenVelocity = 0.3;
+constexpr double kUnknownVelocity = 2;
+
+}  // namespace
 
 // With a state, its inertial prediction takes part in the pose; else vision is alone.
 FramePose Tracker::solve_pose(const Map& map, Frame& frame,
@@ -34,10 +42,20 @@ Eigen::Quaterniond Tracker::predict_rotation(Timestamp time,
 void Tracker::accept_state(const Frame& frame, const Map& map, TrackingResult& result) {
   if (!inertial_ || !map.inertial().aligned) return;
   if (!inertial_->has_prediction()) {
-    inertial_->restart(frame.time, frame.world_from_body);
+    still_.reset();
+    const Eigen::Vector3d velocity = frame.world_from_body.rotation * velocity_.head<3>();
+    inertial_->restart(frame.time, frame.world_from_body,
+                       velocity_known_ ? velocity : Eigen::Vector3d::Zero(),
+                       velocity_known_ ? kSeenVelocity : kUnknownVelocity);
     return;
   }
-  inertial_->accept();
+  const bool seen = state_ == TrackingState::kOk;
+  if (seen) {
+    still_.see(frame, inertial_->samples(), inertial_->bias());
+  } else {
+    still_.feel(inertial_->samples(), inertial_->bias());
+  }
+  inertial_->accept(seen);
   result.inertial = inertial_->state();
   result.inertial_covariance = inertial_->covariance();
   result.drift = inertial_->drift();
@@ -58,7 +76,95 @@ bool Tracker::dead_reckon(const Map& map, const Frame& frame, TrackingResult& re
   velocity_known_ = false;
   give(reckoned, map, result);
   accept_state(reckoned, map, result);
+  reckoned_.push_back(result.anchored);
   return true;
+}
+
+TrackingResult Tracker::skip(FrameId id, Timestamp time) {
+  Frame frame;
+  frame.id = id;
+  frame.time = time;
+  TrackingResult result;
+  result.anchored.frame = id;
+  result.anchored.time = time;
+  result.repeated = true;
+  result.state = state_;
+  if (state_ == TrackingState::kOk || state_ == TrackingState::kDeadReckoning) {
+    const auto view = map_->view();
+    inertial_->follow(*view);
+    rebase(*view);
+    predicted_ = predict(time);
+    if (dead_reckon(*view, frame, result)) return result;
+  }
+  result.left_out = true;
+  return result;
+}
+
+// Where the body should be now. One that stood still does so as long as inertial data say nothing
+// else.
+std::optional<SE3> Tracker::predict_by_inertia(Timestamp time) {
+  if (!inertial_) return std::nullopt;
+  const auto predicted = inertial_->predict(time);
+  if (still_.still_after(inertial_->samples(), inertial_->bias())) {
+    inertial_->hold_still(options_.still.velocity_sigma);
+  } else {
+    inertial_->release();
+  }
+  return predicted;
+}
+
+// After a time without vision the last frame is no guide: the keyframes are asked whose landmarks
+// should be in view from where inertial data lead.
+bool Tracker::match_to_place(const Map& map, Frame& frame) {
+  const SE3 world_from_camera = predicted_ * rig_->body_from_camera[0];
+  std::map<KeyframeId, int> in_view;
+  for (const Landmark& landmark : map.landmarks()) {
+    if (!predict_pixel(landmark, rig_->cameras[0], world_from_camera,
+                       options_.search.max_view_angle)) {
+      continue;
+    }
+    for (const auto& [keyframe, feature] : landmark.observations) ++in_view[keyframe];
+  }
+  std::vector<std::pair<KeyframeId, int>> best(in_view.begin(), in_view.end());
+  std::ranges::stable_sort(best, std::greater(), [](const auto& entry) { return entry.second; });
+  const auto tries = static_cast<std::size_t>(options_.relocalization.tries_per_frame);
+  for (std::size_t i = 0; i < std::min(tries, best.size()); ++i) {
+    if (!relocalizer_.locate(map, best[i].first, frame)) continue;
+    reference_ = best[i].first;
+    return true;
+  }
+  return false;
+}
+
+// Whether vision has been away for so long that the place may be another one.
+bool Tracker::is_blind(Timestamp now) const {
+  return inertial_ && inertial_->has_prediction() &&
+         seconds_between(last_->time, now) > options_.inertial.min_gap;
+}
+
+void Tracker::note_gap(const Frame& frame, TrackingResult& result) {
+  if (!last_ || !is_blind(frame.time)) return;
+  result.gap = VisionGap{last_->time, frame.time, static_cast<int>(reckoned_.size()),
+                         predicted_.inverse() * frame.world_from_body};
+}
+
+// What was reckoned without vision is corrected once vision is back: half of the frames with the
+// keyframe before, half with the one after, so that each follows the nearer when the map moves.
+void Tracker::correct_gap(const Map& map, TrackingResult& result) {
+  if (reckoned_.empty()) return;
+  const auto& states = inertial_->smoothed();
+  const Timestamp middle = reckoned_[reckoned_.size() / 2].time;
+  for (AnchoredPose& pose : reckoned_) {
+    const auto found = std::ranges::find(states, pose.time, &StampedState::time);
+    if (found == states.end()) continue;
+    const bool first = pose.time < middle;
+    pose.reference = first ? map.standing(pose.reference) : reference_;
+    pose.reference_from_body =
+        map.at(pose.reference).world_from_body().inverse() * found->state.world_from_body;
+    pose.scale = map.scale();
+    result.corrected.push_back(pose);
+  }
+  reckoned_.clear();
 }
 
 // A new keyframe is linked to the one before, and knows what tracking knows of the state.

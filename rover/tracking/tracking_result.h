@@ -26,10 +26,18 @@ struct AnchoredPose {
   double scale = 1;  // of the map when it was anchored: see Map::scale
 };
 
+// A time without vision that inertial data bridged, at its end.
+struct VisionGap {
+  Timestamp begin = 0;     // of the last frame tracked before it
+  Timestamp end = 0;       // of the first one tracked after it
+  int frames = 0;          // in between, dead-reckoned
+  SE3 reckoned_from_seen;  // at its end: from the pose that dead reckoning gave to vision's
+};
+
 // What tracking says of one frame.
 struct TrackingResult {
   bool placed() const {
-    return state == TrackingState::kOk || state == TrackingState::kDeadReckoning;
+    return !left_out && (state == TrackingState::kOk || state == TrackingState::kDeadReckoning);
   }
 
   TrackingState state = TrackingState::kWaiting;
@@ -51,6 +59,11 @@ struct TrackingResult {
   KeyframeId new_keyframe;            // valid: this frame became a keyframe, for mapping
   std::vector<AnchoredPose> earlier;  // frames before, placed now that there is a map
   bool map_begun = false;
+  bool left_out = false;  // not later than the frame before, or the same image again: nothing was
+                          // done with it
+  bool repeated = false;  // the same image again (inertial modes): dead-reckoned or left out
+  std::optional<VisionGap> gap;         // inertial modes: one that ends with this frame
+  std::vector<AnchoredPose> corrected;  // its frames, as they look from its end
   StageTimes times;
 };
 

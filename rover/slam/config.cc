@@ -157,7 +157,8 @@ Fields fields_of(Config& c) {
                    {"stereo.max_depth", &c.frame.stereo.max_depth},
                    {"stereo.refine", &c.frame.stereo.refine},
                    {"final.first_iterations", &c.final_adjustment.first_iterations},
-                   {"final.second_iterations", &c.final_adjustment.second_iterations}};
+                   {"final.second_iterations", &c.final_adjustment.second_iterations},
+                   {"final.max_inertial_keyframes", &c.max_finally_adjusted}};
   add_tracking(c.tracking, fields);
   add_mapping(c.mapping, fields);
   add_inertial(c, fields);
@@ -271,6 +272,8 @@ void Config::check() const {
   extraction.check();
   runtime.check();
   require(std::abs(imu_time_offset) < 1, "imu.time_offset is {}; use -1 to 1 s", imu_time_offset);
+  require(max_finally_adjusted > 1, "final.max_inertial_keyframes is {}; use 2 or more",
+          max_finally_adjusted);
   require(mapping_queue > 0, "mapping_queue is {}; use 1 or more", mapping_queue);
   for (const std::string& matcher : {tracking_matcher, mapping_matcher}) {
     require(std::ranges::count(matcher_names(), matcher) > 0,

@@ -50,6 +50,9 @@ struct Config {
   TrackerOptions tracking;
   LocalMapperOptions mapping;
   BundleOptions final_adjustment;
+  // Of larger inertial maps the newest so many keyframes are adjusted at the end, and older ones
+  // move along: memory goes with the square of their number, 0.2 GB for 300.
+  int max_finally_adjusted = 300;
 
   Config();
   void check() const;

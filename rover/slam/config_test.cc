@@ -149,6 +149,7 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("threads: 0\n"), HasSubstr("threads"));
   EXPECT_THAT(refusal("mapping_queue: 0\n"), HasSubstr("mapping_queue"));
   EXPECT_THAT(refusal("seed: 8\nmodel_sigma: -1\n"), HasSubstr("model_sigma"));
+  EXPECT_THAT(refusal("final.max_inertial_keyframes: 1\n"), HasSubstr("max_inertial_keyframes"));
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));
   EXPECT_THAT(refusal("keyframe.min_tracked_share: 1.5\n"), HasSubstr("min_tracked_share"));
   EXPECT_THAT(refusal("relocalization.ransac_sigma: 0\n"), HasSubstr("ransac_sigma"));

@@ -179,7 +179,8 @@ class System::Implementation {
   }
 
   void adjust_with_inertia(SharedMap& shared) const {
-    InertialMapProblem problem = gather_inertial_map(*shared.view(), config_.weighting);
+    InertialMapProblem problem =
+        gather_newest(*shared.view(), config_.max_finally_adjusted, config_.weighting);
     const auto summary = adjust_inertial_bundle(
         problem.inertial, {.bundle = config_.final_adjustment, .scale_sigma = true});
     InertialStatus status = shared.view()->inertial();

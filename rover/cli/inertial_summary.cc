@@ -42,22 +42,12 @@ const char* name_of(InertialEvent event) {
   return "";
 }
 
-// Frames that the system was given are numbered without the others.
-std::vector<Timestamp> times_of_given(const RunRecorder& recorder) {
-  std::vector<Timestamp> times;
-  for (const FrameRecord& frame : recorder.frames()) {
-    if (frame.state != "skipped" && frame.state != "dropped") times.push_back(frame.time);
-  }
-  return times;
-}
-
 Json events_of(const RunRecorder& recorder) {
-  const std::vector<Timestamp> times = times_of_given(recorder);
   Json events = Json::array();
   for (const MappingRecord& record : recorder.mapping()) {
     const InertialReport& report = record.report.inertial;
     if (report.event == InertialEvent::kNone) continue;
-    events.push_back({{"time", format_seconds(times.at(record.frame.value))},
+    events.push_back({{"time", format_seconds(record.time)},
                       {"event", name_of(report.event)},
                       {"scale_sigma", report.scale_sigma}});
   }

@@ -61,6 +61,7 @@ void MappingWorker::process(const Task& task) {
   MappingRecord record;
   record.keyframe = task.keyframe;
   record.frame = task.frame;
+  record.time = task.map->view()->at(task.keyframe).frame.time;
   record.report = mapper_.process(*task.map, task.keyframe, hurry);
   record.lag_frames = static_cast<int>(current_frame_ - task.frame.value);
   std::lock_guard lock(mutex_);

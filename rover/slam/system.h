@@ -19,6 +19,7 @@ namespace rover {
 struct MappingRecord {
   KeyframeId keyframe;
   FrameId frame;
+  Timestamp time = 0;  // of that frame
   int lag_frames = 0;  // frames offered between the keyframe and the end of its mapping
   MappingReport report;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -59,11 +60,9 @@ double mean(const std::vector<double>& values) {
 
 // The newest keyframes of a map adjusted by what they see alone, as if there were no inertial data.
 MapProblem gather_visual(const Map& map, int most, const WeightingOptions& weighting) {
-  std::vector<KeyframeId> free;
-  KeyframeId id = map.newest_keyframe();
-  for (; id.valid() && static_cast<int>(free.size()) < most; id = map.at(id).previous)
-    free.push_back(id);
-  return gather_problem(map, free, id.valid() ? most : 0, weighting);
+  const auto free = keyframes_backwards(map, map.newest_keyframe(), most);
+  const bool is_all = !map.at(free.back()).previous.valid();
+  return gather_problem(map, free, is_all ? 0 : most, weighting);
 }
 
 // The visual part of a problem, adjusted.
@@ -113,11 +112,11 @@ InertialReport InertialMapper::adjust_window(SharedMap& shared, KeyframeId keyfr
   const bool on_trial = is_on_trial(*view, keyframe);
   BundleOptions options = given;
   if (on_trial) options.should_stop = {};  // half an adjustment is no ground to judge on
-  const InertialMapProblem before = problem;
+  const auto before = on_trial ? std::optional(problem) : std::nullopt;
   const auto summary =
       adjust_inertial_bundle(problem.inertial, {.bundle = options, .covariance_of = newest_pose});
-  if (on_trial && (!is_plausible(problem, summary) ||
-                   is_bent(summary, adjust_without_inertia(before, options)))) {
+  if (before && (!is_plausible(problem, summary) ||
+                 is_bent(summary, adjust_without_inertia(*before, options)))) {
     return undo(shared, keyframe);
   }
   shared.commit([&](Map& map) { commit_inertial_adjustment(map, problem, summary); });

@@ -1,7 +1,6 @@
 #include "rover/optimization/inertial_map_adjustment.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -68,14 +67,6 @@ bool is_free(const MapProblem& problem) {
   return std::ranges::count(problem.bundle.pose_fixed, 1) == 0;
 }
 
-// `most` keyframes up to and with one, newest first.
-std::vector<KeyframeId> backwards(const Map& map, KeyframeId from, int most) {
-  std::vector<KeyframeId> result;
-  for (; from.valid() && static_cast<int>(result.size()) < most; from = map.at(from).previous)
-    result.push_back(from);
-  return result;
-}
-
 // The rest of a map whose newest keyframes have moved freely: what lies before them moves with the
 // oldest of them, landmarks that took no part move with the keyframe that saw them first.
 void carry_rest(Map& map, const MapProblem& problem, double scale) {
@@ -101,9 +92,16 @@ void carry_rest(Map& map, const MapProblem& problem, double scale) {
 
 }  // namespace
 
+std::vector<KeyframeId> keyframes_backwards(const Map& map, KeyframeId from, int most) {
+  std::vector<KeyframeId> result;
+  for (; from.valid() && static_cast<int>(result.size()) < most; from = map.at(from).previous)
+    result.push_back(from);
+  return result;
+}
+
 InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int window,
                                           int max_fixed, const WeightingOptions& weighting) {
-  const std::vector<KeyframeId> free = backwards(map, newest, window);
+  const std::vector<KeyframeId> free = keyframes_backwards(map, newest, window);
   std::vector<KeyframeId> border;
   const KeyframeId before = map.at(free.back()).previous;
   if (before.valid()) border.push_back(before);
@@ -112,13 +110,9 @@ InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int
   return with_inertia(map, std::move(problem));
 }
 
-InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting) {
-  return gather_newest(map, std::numeric_limits<int>::max(), weighting);
-}
-
 InertialMapProblem gather_newest(const Map& map, int most, const WeightingOptions& weighting) {
   MapProblem problem =
-      gather_problem(map, backwards(map, map.newest_keyframe(), most), 0, weighting);
+      gather_problem(map, keyframes_backwards(map, map.newest_keyframe(), most), 0, weighting);
   free_all(problem);
   return with_inertia(map, std::move(problem));
 }

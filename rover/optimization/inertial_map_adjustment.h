@@ -13,14 +13,14 @@ struct InertialMapProblem {
   InertialBundleProblem inertial;
 };
 
+// At most `most` keyframes in time, up to and with one, newest first.
+std::vector<KeyframeId> keyframes_backwards(const Map& map, KeyframeId from, int most);
+
 // The last `window` keyframes in time, up to and with `newest`, are free; the state before them and
 // at most `max_fixed` other keyframes that see their landmarks are fixed. Where nothing lies before
 // the window, no state is fixed.
 InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int window,
                                           int max_fixed, const WeightingOptions& weighting);
-
-// Every keyframe and landmark; all are free.
-InertialMapProblem gather_inertial_map(const Map& map, const WeightingOptions& weighting);
 
 // The newest keyframes and the landmarks they see, all free: of a map of `most` keyframes or fewer
 // all of it.

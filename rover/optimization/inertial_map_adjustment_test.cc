@@ -8,6 +8,8 @@
 namespace rover {
 namespace {
 
+constexpr int kAll = 1000;  // more keyframes than any of these maps has
+
 SimulatedFlight flight_of(int keyframes) {
   return simulate_flight({.keyframes = keyframes, .points = 120, .imu_inflation = 8, .seed = 5});
 }
@@ -54,7 +56,7 @@ void expect_moved(const Map& map, const Map& before, const Sim3& motion) {
 TEST(InertialMapAdjustment, WhatIsGatheredComesBack) {
   const auto flight = flight_of(8);
   Map map = SimulatedMap(flight).make(8);
-  InertialMapProblem problem = gather_inertial_map(map, {});
+  InertialMapProblem problem = gather_newest(map, kAll, {});
   EXPECT_EQ(problem.map.keyframes.size(), 8u);
   EXPECT_EQ(problem.inertial.links.size(), 7u);
   problem.inertial.velocity[3] = {1, 2, 3};
@@ -132,7 +134,7 @@ TEST(InertialMapAdjustment, WhatHasComeMeanwhileMovesAlong) {
   const auto flight = flight_of(8);
   SimulatedMap simulated(flight);
   Map map = simulated.make(6);
-  InertialMapProblem problem = gather_inertial_map(map, {});
+  InertialMapProblem problem = gather_newest(map, kAll, {});
   const Sim3 motion = scale_and_tilt(problem, 0.97);
   for (int i = 6; i < 8; ++i) simulated.add(map, i);
   map.set_velocity({7}, {1, 0, 0}, {});
@@ -147,7 +149,7 @@ TEST(InertialMapAdjustment, WhatHasComeMeanwhileMovesAlong) {
 TEST(InertialMapAdjustment, LeavesAMapOfAnotherEpochAlone) {
   const auto flight = flight_of(6);
   Map map = SimulatedMap(flight).make(6);
-  InertialMapProblem problem = gather_inertial_map(map, {});
+  InertialMapProblem problem = gather_newest(map, kAll, {});
   scale_and_tilt(problem, 1.1);
   map.transform({2, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()});
   const Map before = snapshot(map);
@@ -160,7 +162,7 @@ TEST(InertialMapAdjustment, LinksBridgeRetiredKeyframes) {
   const auto flight = flight_of(8);
   Map map = SimulatedMap(flight).make(8);
   map.retire({3});
-  const InertialMapProblem problem = gather_inertial_map(map, {});
+  const InertialMapProblem problem = gather_newest(map, kAll, {});
   EXPECT_EQ(problem.map.keyframes.size(), 7u);
   ASSERT_EQ(problem.inertial.links.size(), 6u);
   EXPECT_NEAR(problem.inertial.links[2].motion.duration(), 0.5, 1e-9);

@@ -5,9 +5,6 @@
 namespace rover {
 namespace {
 
-// A velocity that nobody knows, m/s: of a keyframe that no inertial data lead to.
-constexpr double kUnknownVelocity = 2;
-
 Matrix15d diagonal_information(double position, double rotation, double velocity, double gyroscope,
                                double accelerometer) {
   Vector15d sigma;

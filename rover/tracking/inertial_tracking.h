@@ -12,6 +12,9 @@
 
 namespace rover {
 
+// How well a velocity is known that nothing tells, m/s.
+constexpr double kUnknownVelocity = 2;
+
 struct InertialTrackingOptions {
   ImuNoiseOptions noise;
   InertialPoseOptions pose;

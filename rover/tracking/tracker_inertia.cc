@@ -8,9 +8,8 @@
 namespace rover {
 namespace {
 
-// How well a velocity is known that two poses tell, or that nothing tells, m/s.
+// How well a velocity is known that two poses tell, m/s.
 constexpr double kSeenVelocity = 0.3;
-constexpr double kUnknownVelocity = 2;
 
 }  // namespace
 

@@ -1,8 +1,11 @@
 #include "rover/tracking/local_map.h"
 
+#include <algorithm>
+#include <numbers>
 #include <set>
 
 #include "rover/base/error.h"
+#include "rover/base/quantile.h"
 
 namespace rover {
 namespace {
@@ -21,10 +24,43 @@ void add_recent(const Map& map, int count, std::set<KeyframeId>& keyframes) {
   for (int i = 0; i < count && id.valid(); ++i, id = map.at(id).parent) keyframes.insert(id);
 }
 
+// Of the landmarks that a frame sees, from its camera; 0 if it sees none.
+double median_distance(const Map& map, const Frame& frame, const Eigen::Vector3d& camera) {
+  std::vector<double> distances;
+  for (const LandmarkId id : frame.landmarks()) {
+    if (const Landmark* landmark = map.find(id))
+      distances.push_back((landmark->position - camera).norm());
+  }
+  return median(std::move(distances));
+}
+
+// By distance and turn, each in units of its limit; keyframes beyond a limit are left out.
+void add_near(const Map& map, const Frame& frame, const LocalMapOptions& options,
+              std::set<KeyframeId>& keyframes) {
+  const SE3& body_from_camera = map.rig().body_from_camera[0];
+  const SE3 here = frame.world_from_body * body_from_camera;
+  const double reach = options.near_distance * median_distance(map, frame, here.translation);
+  const double turn = options.near_angle * std::numbers::pi / 180;
+  std::vector<std::pair<double, KeyframeId>> near;
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (keyframes.contains(keyframe.id)) continue;
+    const SE3 there = keyframe.world_from_body() * body_from_camera;
+    const double distance = (there.translation - here.translation).norm();
+    if (!(distance < reach)) continue;
+    const double angle = here.rotation.angularDistance(there.rotation);
+    if (angle < turn) near.emplace_back(distance / reach + angle / turn, keyframe.id);
+  }
+  const auto most = std::min(near.size(), static_cast<std::size_t>(options.near_keyframes));
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
+  for (std::size_t i = 0; i < most; ++i) keyframes.insert(near[i].second);
+}
+
 }  // namespace
 
 void LocalMapOptions::check() const {
   require(max_keyframes > 0, "local_map.max_keyframes is {}; use 1 or more", max_keyframes);
+  require(near_keyframes >= 0 && near_distance >= 0 && near_angle >= 0,
+          "local_map.near_keyframes, near_distance and near_angle must not be negative");
 }
 
 LocalMap choose_local_map(const Map& map, const Frame& frame, KeyframeId fallback,
@@ -40,6 +76,7 @@ LocalMap choose_local_map(const Map& map, const Frame& frame, KeyframeId fallbac
   }
   add_family(map, keyframes);
   add_recent(map, options.recent_keyframes, keyframes);
+  add_near(map, frame, options, keyframes);
   std::set<LandmarkId> landmarks;
   for (const KeyframeId id : keyframes) {
     for (const LandmarkId landmark : map.landmarks_of(id)) landmarks.insert(landmark);

@@ -9,6 +9,9 @@ namespace rover {
 struct LocalMapOptions {
   int max_keyframes = 20;    // observers of what the frame sees, most first
   int recent_keyframes = 3;  // of the newest ones, always
+  int near_keyframes = 5;    // of those that were about where the frame is and looked that way, ...
+  double near_distance = 0.3;  // ... no farther away than this share of the landmarks' distance
+  double near_angle = 30;      // ... and turned by no more than this, deg
 
   void check() const;
 };
@@ -20,7 +23,9 @@ struct LocalMap {
 };
 
 // Picked afresh for every frame: observers of the landmarks seen in it, their parents and children
-// in the spanning tree, and the newest keyframes. `fallback` is the reference when nothing votes.
+// in the spanning tree, the newest keyframes, and others nearby: on old ground, where as yet nothing
+// that is seen links the frame to them, their landmarks are looked for rather than made anew.
+// `fallback` is the reference when nothing votes.
 LocalMap choose_local_map(const Map& map, const Frame& frame, KeyframeId fallback,
                           const LocalMapOptions& options);
 

@@ -6,12 +6,13 @@ namespace rover {
 
 // How much noisier than its data sheet the inertial sensor is taken to be. The defaults hold on the
 // EuRoC flights with the densities of their sensor.yaml (docs/inertial.md has the figures): the
-// vibration of the airframe, scale and alignment errors all pass for noise here.
+// vibration of the airframe passes for noise here, and what changes with attitude (errors of scale
+// and alignment, and of the poses it is compared with) for a bias that walks.
 struct ImuNoiseOptions {
   double gyroscope_inflation = 8;
-  double accelerometer_inflation = 15;
+  double accelerometer_inflation = 10;
   double gyroscope_walk_inflation = 1;
-  double accelerometer_walk_inflation = 1;
+  double accelerometer_walk_inflation = 30;
   // A step between samples longer than this is a gap: the motion in it is a guess (the line
   // between its ends) with the standard deviations below.
   double gap = 0.025;                 // s

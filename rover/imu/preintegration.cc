@@ -62,16 +62,25 @@ void Preintegration::integrate() {
   duration_ = seconds_between(begin(), end());
   delta_ = {};
   covariance_.setZero();
+  with_walk_.setZero();
   by_bias_.setZero();
   for (std::size_t i = 1; i < samples_.size(); ++i) step(samples_[i - 1], samples_[i]);
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
   // A single short step leaves the position's own noise at rounding level: kept above it.
   covariance_.diagonal().head<3>().array() += 1e-14;
-  whitening_ = covariance_.llt().matrixL().solve(Matrix9d::Identity());
+  whiten();
 }
 
-// The error e' = A e + B n of one step, with the noise n of the mean readings; Forster et al.,
-// equation 62 ff., for forces taken at both ends.
+void Preintegration::whiten() {
+  Matrix15d joint;
+  joint.topLeftCorner<9, 9>() = covariance_;
+  joint.topRightCorner<9, 6>() = with_walk_;
+  joint.bottomLeftCorner<6, 9>() = with_walk_.transpose();
+  joint.bottomRightCorner<6, 6>() = walk_sigma().cwiseAbs2().asDiagonal();
+  whitening_ = joint.llt().matrixL().solve(Matrix15d::Identity());
+}
+
+// Forster et al., equation 62 ff., for forces taken at both ends.
 void Preintegration::step(const ImuSample& a, const ImuSample& b) {
   const double dt = seconds_between(a.time, b.time);
   const Step step = make_step(a, b, bias_, dt);
@@ -99,16 +108,28 @@ void Preintegration::step(const ImuSample& a, const ImuSample& b) {
   by_reading.block<3, 3>(0, 3) = dt * dt * (begin / 3 + end / 6);
   by_reading.block<3, 3>(6, 3) = dt / 2 * (begin + end);
 
-  Vector6d variance;
-  variance.head<3>().setConstant(noise_.gyroscope_variance(dt));
-  variance.tail<3>().setConstant(noise_.accelerometer_variance(dt));
-  covariance_ = (transition * covariance_ * transition.transpose() +
-                 by_reading * variance.asDiagonal() * by_reading.transpose())
-                    .eval();
+  propagate(transition, by_reading, seconds_between(samples_.front().time, a.time), dt);
   by_bias_ = (transition * by_bias_ - by_reading).eval();
   delta_.position += dt * delta_.velocity + dt * dt * (force_a / 3 + force_b / 6);
   delta_.velocity += dt / 2 * (force_a + force_b);
   delta_.rotation = (delta_.rotation * step.turn).normalized();
+}
+
+// The error of a step e' = A e - B (n + b): readings err by their noise n and by what the biases
+// have walked since the begin, b, which goes on into the next step.
+void Preintegration::propagate(const Matrix9d& transition, const Matrix96d& by_reading,
+                               double elapsed, double dt) {
+  Vector6d walked, noise;
+  walked.head<3>().setConstant(noise_.gyroscope_walk * noise_.gyroscope_walk * elapsed);
+  walked.tail<3>().setConstant(noise_.accelerometer_walk * noise_.accelerometer_walk * elapsed);
+  noise.head<3>().setConstant(noise_.gyroscope_variance(dt));
+  noise.tail<3>().setConstant(noise_.accelerometer_variance(dt));
+  const Matrix96d moved = transition * with_walk_;
+  const Matrix9d mixed = moved * by_reading.transpose();
+  covariance_ = (transition * covariance_ * transition.transpose() - mixed - mixed.transpose() +
+                 by_reading * (noise + walked).asDiagonal() * by_reading.transpose())
+                    .eval();
+  with_walk_ = moved - by_reading * walked.asDiagonal();
 }
 
 InertialDelta Preintegration::corrected(const ImuBias& bias) const {

@@ -48,7 +48,10 @@ class Preintegration {
   const InertialDelta& delta() const { return delta_; }
   const Matrix9d& covariance() const { return covariance_; }
   const Matrix96d& by_bias() const { return by_bias_; }  // d delta / d (gyroscope, accelerometer)
-  const Matrix9d& whitening() const { return whitening_; }  // W with W^T W = covariance^-1
+  // Lower triangular W with W^T W = the inverse covariance of 15 errors: the 9, and how the biases
+  // have walked meanwhile, which moves the 9 as well. Its first 9 rows are the whitening of the 9
+  // alone.
+  const Matrix15d& whitening() const { return whitening_; }
   Vector6d walk_sigma() const;  // standard deviation of the bias' change over the interval
 
   // Where the motion takes a state; gravity in its world, m/s^2. The bias stays.
@@ -57,6 +60,9 @@ class Preintegration {
  private:
   void integrate();
   void step(const ImuSample& a, const ImuSample& b);
+  void propagate(const Matrix9d& transition, const Matrix96d& by_reading, double elapsed,
+                 double dt);
+  void whiten();
 
   std::vector<ImuSample> samples_;
   ImuBias bias_;
@@ -64,8 +70,9 @@ class Preintegration {
   double duration_ = 0;
   InertialDelta delta_;
   Matrix9d covariance_;
+  Matrix96d with_walk_;  // covariance of the 9 errors with the walk of the biases
   Matrix96d by_bias_;
-  Matrix9d whitening_;
+  Matrix15d whitening_;
 };
 
 }  // namespace rover

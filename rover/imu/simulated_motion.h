@@ -77,6 +77,7 @@ inline std::vector<ImuSample> simulate_imu(const SimulatedMotion& motion, double
 inline ImuNoise simulated_noise(double inflation = 1) {
   ImuNoiseOptions options;
   options.gyroscope_inflation = options.accelerometer_inflation = inflation;
+  options.gyroscope_walk_inflation = options.accelerometer_walk_inflation = 1;
   return ImuNoise::of({1.7e-4, 1.9e-5, 2e-3, 3e-3, 200}, options);
 }
 

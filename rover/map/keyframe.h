@@ -29,6 +29,8 @@ struct Keyframe {
   std::shared_ptr<const Preintegration> motion;        // since `previous`; null where unknown
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, world; once the map is aligned
   ImuBias bias;
+  double still_sigma = 0;  // m/s: the body stood still here, its velocity zero up to this; 0: it
+                           // moved, or nobody knows
   std::shared_ptr<const StateCovariance> covariance;  // null: unknown
 
   const SE3& world_from_body() const { return frame.world_from_body; }

@@ -7,6 +7,9 @@
 namespace rover {
 namespace {
 
+// s: a motion integrated over more tells nothing that vision does not know better.
+constexpr double kLongestMerged = 10;
+
 bool by_keyframe(const LandmarkObservation& observation, KeyframeId keyframe) {
   return observation.keyframe < keyframe;
 }
@@ -159,7 +162,8 @@ void Map::bridge(const Keyframe& gone) {
   if (!gone.next.valid()) return;
   Keyframe& next = keyframes_.edit(gone.next);
   next.previous = gone.previous;
-  if (gone.motion && next.motion) {
+  if (gone.motion && next.motion &&
+      gone.motion->duration() + next.motion->duration() < kLongestMerged) {
     next.motion =
         std::make_shared<const Preintegration>(Preintegration::merged(*gone.motion, *next.motion));
   } else {
@@ -204,6 +208,10 @@ void Map::set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, con
   Keyframe& edited = keyframes_.edit(keyframe);
   edited.velocity = velocity;
   edited.bias = bias;
+}
+
+void Map::set_still(KeyframeId keyframe, double sigma) {
+  if (find(keyframe)) keyframes_.edit(keyframe).still_sigma = sigma;
 }
 
 void Map::set_covariance(KeyframeId keyframe, std::shared_ptr<const StateCovariance> covariance) {

@@ -124,6 +124,8 @@ class Map {
   void set_inertial(const InertialStatus& status) { inertial_ = status; }
   void set_motion(KeyframeId keyframe, std::shared_ptr<const Preintegration> motion);
   void set_velocity(KeyframeId keyframe, const Eigen::Vector3d& velocity, const ImuBias& bias);
+  // Tells that the body stood still at a keyframe, up to `sigma` m/s.
+  void set_still(KeyframeId keyframe, double sigma);
   void set_covariance(KeyframeId keyframe, std::shared_ptr<const StateCovariance> covariance);
   // For adjustments that may move the whole map at once.
   void raise_epoch() { ++epoch_; }

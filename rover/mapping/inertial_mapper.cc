@@ -85,8 +85,8 @@ void InertialMapperOptions::check() const {
   require(window > 1 && stereo_window > 1, "inertial.window and stereo_window must be above 1");
   require(min_keyframes >= 3 && max_keyframes >= min_keyframes,
           "inertial.min_keyframes must be at least 3 and at most max_keyframes");
-  require(first_refinement > 0 && refinement_interval > 0,
-          "inertial.first_refinement and refinement_interval must be positive");
+  require(first_refinement > 0 && refinement_interval > 0 && soonest_refinement > 0,
+          "inertial.first_refinement, soonest_refinement and refinement_interval must be positive");
   require(max_refined >= min_keyframes,
           "inertial.max_refined is {}; use inertial.min_keyframes or more", max_refined);
   require(max_reprojection_ratio > 1, "inertial.max_reprojection_ratio is {}; use more than 1",
@@ -215,14 +215,21 @@ bool InertialMapper::is_plausible(const InertialMapProblem& problem,
   });
 }
 
-// Twice at least; more often while the scale is uncertain.
+// Twice at least; more often while the scale is uncertain, so that it comes right in small steps.
 bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
-  constexpr int kAlways = 2;
+  constexpr double kGrowth = 0.5;
   const InertialStatus& status = map.inertial();
-  if (status.refinements >= kAlways && status.scale_sigma < options_.scale_sigma) return false;
+  const double age = seconds_between(status.begin, now);
+  const double last = seconds_between(status.begin, status.refined);
+  const auto passes = [&](double time) { return last < time && age >= time; };
+  if (passes(options_.first_refinement) ||
+      passes(options_.first_refinement + options_.refinement_interval)) {
+    return true;
+  }
   const double wait =
-      status.refinements == 0 ? options_.first_refinement : options_.refinement_interval;
-  return seconds_between(status.refined, now) >= wait;
+      std::clamp(kGrowth * last, options_.soonest_refinement,
+                 std::max(options_.soonest_refinement, options_.refinement_interval));
+  return status.scale_sigma >= options_.scale_sigma && age - last >= wait;
 }
 
 // All states are free, so that scale and gravity can still move: an adjustment of the window could

@@ -16,9 +16,12 @@ struct InertialMapperOptions {
   int min_keyframes = 6;            // linked in time before initialisation is tried
   int max_keyframes = 80;           // the newest so many take part in it
   double first_refinement = 5;      // s after initialisation: all states are adjusted, ...
-  double refinement_interval = 10;  // ... and again after so many s, ...
-  double scale_sigma = 0.015;       // ... until the scale is known to this
-  int max_refined = 80;             // the newest keyframes that are; older ones move along
+  double refinement_interval = 10;  // ... and again after so many s
+  // Until the scale is known to this they are adjusted more often, first so many s after
+  // initialisation, later each time when half as long again has passed since then.
+  double scale_sigma = 0.015;
+  double soonest_refinement = 1;
+  int max_refined = 80;  // the newest keyframes that are; older ones move along
   // An initialisation is undone, or not even done, if ...
   double max_gyroscope_bias = 0.5;      // rad/s
   double max_accelerometer_bias = 1.5;  // m/s^2

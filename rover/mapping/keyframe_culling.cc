@@ -19,14 +19,18 @@ bool is_recent(const Map& map, KeyframeId candidate, KeyframeId newest, int wind
 
 void CullingGaps::check() const {
   require(recent > 0 && old >= recent, "mapping.recent_gap must be positive and at most old_gap");
+  require(settled > 0, "mapping.settled_after is {}; use a positive number of seconds", settled);
 }
 
 bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const CullingGaps& gaps) {
   const Keyframe& keyframe = map.at(candidate);
   if (!keyframe.previous.valid() || !keyframe.next.valid()) return true;
+  const bool aligned = map.inertial().aligned;
+  const Timestamp now = map.at(newest).frame.time;
+  if (aligned && seconds_between(keyframe.frame.time, now) > gaps.settled) return false;
   const double gap =
       seconds_between(map.at(keyframe.previous).frame.time, map.at(keyframe.next).frame.time);
-  const bool recent = !map.inertial().aligned || is_recent(map, candidate, newest, gaps.window);
+  const bool recent = !aligned || is_recent(map, candidate, newest, gaps.window);
   return gap > (recent ? gaps.recent : gaps.old);
 }
 

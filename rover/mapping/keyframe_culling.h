@@ -13,14 +13,16 @@ bool is_redundant(const Map& map, KeyframeId candidate, KeyframeId newest, doubl
 // integrated.
 struct CullingGaps {
   double recent = 0.5;  // between keyframes of the last `window` in time
-  double old = 3;       // between others
+  double old = 3;       // between others ...
+  double settled = 60;  // ... that are not older than this, s: so long ago, vision alone holds them
   int window = 15;
 
   void check() const;
 };
 
 // Whether culling a keyframe would leave too long a gap in time. `newest`: the keyframe being
-// mapped. Before a map is aligned, all its keyframes count as recent.
+// mapped. Where a place is seen over and over, the map stays as large as the place needs. Before a
+// map is aligned, all its keyframes count as recent.
 bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const CullingGaps& gaps);
 
 }  // namespace rover

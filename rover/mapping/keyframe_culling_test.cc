@@ -26,6 +26,15 @@ TEST(KeyframeCulling, LeavesNoLongGapInTime) {
   EXPECT_TRUE(leaves_gap(map, {10}, newest, gaps));  // not aligned yet: all are recent
 }
 
+TEST(KeyframeCulling, LetsVisionHoldWhatIsLongAgo) {
+  Map map = test_map(30, 10);
+  map.set_inertial({.aligned = true});
+  const CullingGaps gaps{.recent = 0.05, .old = 0.05, .settled = 1};
+  EXPECT_FALSE(leaves_gap(map, {5}, {29}, gaps));
+  EXPECT_TRUE(leaves_gap(map, {15}, {29}, gaps));
+  EXPECT_TRUE(leaves_gap(map, {0}, {29}, gaps));  // the map's begin stays
+}
+
 TEST(KeyframeCulling, KeepsBothEnds) {
   const Map map = test_map(5, 10);
   EXPECT_TRUE(leaves_gap(map, {0}, {4}, {}));
@@ -35,6 +44,7 @@ TEST(KeyframeCulling, KeepsBothEnds) {
 TEST(KeyframeCulling, RefusesGapsThatMakeNoSense) {
   EXPECT_THROW((CullingGaps{.recent = 0}.check()), InputError);
   EXPECT_THROW((CullingGaps{.recent = 2, .old = 1}.check()), InputError);
+  EXPECT_THROW((CullingGaps{.settled = 0}.check()), InputError);
 }
 
 }  // namespace

@@ -41,13 +41,6 @@ void fill_jacobians(const Preintegration& motion, const InertialState& from,
   jacobians.by_gravity.middleRows<3>(6) = -t * body_from_world;
 }
 
-template <class Rows>
-void whiten(const Preintegration& motion, const Vector6d& walk_sigma, Rows& rows) {
-  rows.template topRows<9>() = (motion.whitening() * rows.template topRows<9>()).eval();
-  rows.template bottomRows<6>() =
-      (walk_sigma.cwiseInverse().asDiagonal() * rows.template bottomRows<6>()).eval();
-}
-
 StatePrior diagonal_prior(const InertialState& mean, int first, const Vector6d& sigma, int count) {
   StatePrior prior;
   prior.mean = mean;
@@ -89,15 +82,14 @@ Vector15d imu_residual(const Preintegration& motion, const InertialState& from,
   Vector15d residual;
   residual << moved - delta.position, so3_log(delta.rotation.conjugate() * turned),
       sped - delta.velocity, to.bias.vector() - from.bias.vector();
-  const Vector6d walk_sigma = motion.walk_sigma();
+  const auto whitening = motion.whitening().triangularView<Eigen::Lower>();
   if (jacobians) {
     fill_jacobians(motion, from, to, residual.head<9>(), moved, sped, *jacobians);
-    whiten(motion, walk_sigma, jacobians->by_from);
-    whiten(motion, walk_sigma, jacobians->by_to);
-    whiten(motion, walk_sigma, jacobians->by_gravity);
+    jacobians->by_from = (whitening * jacobians->by_from).eval();
+    jacobians->by_to = (whitening * jacobians->by_to).eval();
+    jacobians->by_gravity = (whitening * jacobians->by_gravity).eval();
   }
-  whiten(motion, walk_sigma, residual);
-  return residual;
+  return whitening * residual;
 }
 
 double add_imu_factor(const Preintegration& motion, const InertialState& from,

@@ -15,7 +15,8 @@ struct ImuJacobians {
 
 // How far two states are from what the inertial data between them say, whitened: the first 9
 // elements are (position, rotation, velocity) of preintegration (Forster et al. 2017, equation 45),
-// the last 6 the change of the bias (random walk). Gravity in the world of the states, m/s^2.
+// the last 6 the change of the bias (random walk), less what the first 9 tell of it. Gravity in the
+// world of the states, m/s^2.
 Vector15d imu_residual(const Preintegration& motion, const InertialState& from,
                        const InertialState& to, const Eigen::Vector3d& gravity,
                        ImuJacobians* jacobians = nullptr);

@@ -17,9 +17,6 @@ constexpr int kScale = 2;
 constexpr int kBias = 3;
 constexpr int kVelocities = 9;
 
-using Matrix15x9d = Eigen::Matrix<double, 15, 9>;
-using Matrix15x6d = Eigen::Matrix<double, 15, 6>;
-
 class AlignmentModel {
  public:
   using State = AlignmentState;
@@ -72,30 +69,32 @@ class AlignmentModel {
     const InertialState from = scaled_state(problem_, state, i);
     const InertialState to = scaled_state(problem_, state, i + 1);
     ImuJacobians by;
-    Vector15d residual = imu_residual(problem_.motions[i], from, to, state.gravity(), &by);
+    // One bias for all: how it walks takes no part.
+    Vector9d residual = imu_residual(problem_.motions[i], from, to, state.gravity(), &by).head<9>();
     const double chi2 = residual.squaredNorm();
     const double root = std::sqrt(weight(chi2));
     if (robust_) equations.cost += 0.5 * (kernel_.rho(chi2) - root * root * chi2);
     residual *= root;
-    Matrix15x9d by_common;
+    Matrix9d by_common;
     const Eigen::Matrix3d turn = state.world_from_aligned.toRotationMatrix();
-    by_common.leftCols<2>() = (by.by_gravity * turn * -skew(gravity_of_z_up())).leftCols<2>();
+    by_common.leftCols<2>() =
+        (by.by_gravity * turn * -skew(gravity_of_z_up())).topLeftCorner<9, 2>();
     by_common.col(kScale) =
         by_scale(by.by_from, state, from, i) + by_scale(by.by_to, state, to, i + 1);
-    by_common.rightCols<6>() = by.by_from.rightCols<6>() + by.by_to.rightCols<6>();
-    Matrix15x6d by_velocities;
-    by_velocities << by.by_from.middleCols<3>(6), by.by_to.middleCols<3>(6);
+    by_common.rightCols<6>() = by.by_from.topRightCorner<9, 6>() + by.by_to.topRightCorner<9, 6>();
+    Matrix96d by_velocities;
+    by_velocities << by.by_from.block<9, 3>(0, 6), by.by_to.block<9, 3>(0, 6);
     by_common *= root;
     by_velocities *= root;
     equations.add(residual, by_common, 0, by_velocities, kVelocities + 3 * static_cast<int>(i));
   }
 
-  Vector15d by_scale(const Matrix15d& by_state, const State& state, const InertialState& body,
-                     std::size_t keyframe) const {
-    if (problem_.metric) return Vector15d::Zero();
+  Vector9d by_scale(const Matrix15d& by_state, const State& state, const InertialState& body,
+                    std::size_t keyframe) const {
+    if (problem_.metric) return Vector9d::Zero();
     const Eigen::Vector3d moves =
         std::exp(state.log_scale) * problem_.world_from_camera[keyframe].translation;
-    return by_state.leftCols<3>() * (body.world_from_body.rotation.conjugate() * moves);
+    return by_state.topLeftCorner<9, 3>() * (body.world_from_body.rotation.conjugate() * moves);
   }
 
   const InitializationProblem& problem_;

@@ -48,6 +48,15 @@ void add_priors(InertialMapProblem& problem) {
   }
 }
 
+// Where the body stood still.
+void add_rest(const Map& map, InertialMapProblem& problem) {
+  for (std::size_t i = 0; i < problem.map.keyframes.size(); ++i) {
+    const double sigma = map.at(problem.map.keyframes[i]).still_sigma;
+    if (sigma == 0 || problem.inertial.bundle.pose_fixed[i]) continue;
+    problem.inertial.priors.push_back({static_cast<int>(i), zero_velocity_prior(sigma)});
+  }
+}
+
 InertialMapProblem with_inertia(const Map& map, MapProblem visual) {
   InertialMapProblem problem;
   problem.inertial.bundle = std::move(visual.bundle);
@@ -58,6 +67,7 @@ InertialMapProblem with_inertia(const Map& map, MapProblem visual) {
   }
   add_links(map, problem);
   add_priors(problem);
+  add_rest(map, problem);
   return problem;
 }
 

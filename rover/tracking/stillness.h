@@ -35,6 +35,8 @@ class StillnessDetector {
   void reset() { begin_.reset(), still_ = false; }
 
   bool still() const { return still_; }
+  // Since when; for a body that stands still.
+  Timestamp since() const { return begin_->time; }
   // Whether that holds after these samples too.
   bool still_after(std::span<const ImuSample> samples, const ImuBias& bias) const {
     return still_ && is_quiet(samples, bias, options_.rest);

@@ -98,6 +98,7 @@ class Tracker {
   void give(const Frame& frame, const Map& map, TrackingResult& result);
   // Of inertial modes; without effect in others.
   void accept_state(const Frame& frame, const Map& map, TrackingResult& result);
+  void note_rest(const Map& map);
   bool dead_reckon(const Map& map, const Frame& frame, TrackingResult& result);
   std::optional<SE3> predict_by_inertia(Timestamp time);
   bool is_blind(Timestamp now) const;

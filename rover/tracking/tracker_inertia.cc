@@ -54,10 +54,19 @@ void Tracker::accept_state(const Frame& frame, const Map& map, TrackingResult& r
   } else {
     still_.feel(inertial_->samples(), inertial_->bias());
   }
+  note_rest(map);
   inertial_->accept(seen);
   result.inertial = inertial_->state();
   result.inertial_covariance = inertial_->covariance();
   result.drift = inertial_->drift();
+}
+
+// A keyframe made at rest may say so to mapping: rest is recognised only after a while.
+void Tracker::note_rest(const Map& map) {
+  if (!still_.still()) return;
+  const Keyframe& newest = map.at(map.newest_keyframe());
+  if (newest.still_sigma > 0 || newest.frame.time < still_.since()) return;
+  map_->commit([&](Map& working) { working.set_still(newest.id, options_.still.velocity_sigma); });
 }
 
 // Without vision, inertial data carry the state for a while.

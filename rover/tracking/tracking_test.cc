@@ -144,13 +144,46 @@ TEST(LocalMap, StaysSmall) {
   Frame frame = seen_from(map, pose_at(0.1));
   frame[0].landmark = map.landmarks_of({2}).front();
   LocalMapOptions options;
-  options.recent_keyframes = 0;
+  options.recent_keyframes = options.near_keyframes = 0;
   const LocalMap local = choose_local_map(map, frame, {2}, options);
   EXPECT_EQ(local.reference, KeyframeId{2});
   EXPECT_LE(local.landmarks.size(), 15u);  // its own, its parent's and its child's
   EXPECT_GE(local.landmarks.size(), 5u);
   options.recent_keyframes = 1;
   EXPECT_GT(choose_local_map(map, frame, {2}, options).landmarks.size(), local.landmarks.size());
+}
+
+// Two keyframes at one place, much later than each other, that share nothing; and others elsewhere.
+TEST(LocalMap, TakesInWhatWasSeenFromNearby) {
+  auto rig = std::make_shared<const Rig>(test_rig());
+  Map map({0}, rig, std::make_shared<IdSource>());
+  const auto points = test_points(kPoints, 1);
+  int next = 0;
+  for (const auto& [x, turn] :
+       {std::pair(0.0, 0.0), {0.5, 0.0}, {9.0, 0.0}, {0.0, 1.5}, {20.0, 0.0}, {0.1, 0.0}}) {
+    const SE3 pose(so3_exp({0, turn, 0}), Eigen::Vector3d(x, 0, 0));
+    Frame seen = test_frame(*rig, points, pose_at(0), next);
+    seen.world_from_body = pose;
+    const KeyframeId id = map.add_keyframe(std::move(seen));
+    map.add_landmark(points[static_cast<std::size_t>(next)], id, next);
+    ++next;
+  }
+  Frame frame = seen_from(map, pose_at(0.1));
+  frame[5].landmark = map.landmarks_of({5}).front();
+  LocalMapOptions options;
+  options.recent_keyframes = 0;
+  const auto holds = [&](const LocalMap& local, int keyframe) {
+    return std::ranges::count(local.landmarks, map.landmarks_of({keyframe}).front()) == 1;
+  };
+  const LocalMap local = choose_local_map(map, frame, {5}, options);
+  EXPECT_TRUE(holds(local, 0));
+  EXPECT_TRUE(holds(local, 1));
+  EXPECT_FALSE(holds(local, 2));  // 9 m away, where what is seen is 4 m away
+  EXPECT_FALSE(holds(local, 3));  // looks aside
+  options.near_keyframes = 1;
+  const LocalMap nearest = choose_local_map(map, frame, {5}, options);
+  EXPECT_TRUE(holds(nearest, 0));
+  EXPECT_FALSE(holds(nearest, 1));
 }
 
 Relocalizer relocalizer(double matched_share = 1) {

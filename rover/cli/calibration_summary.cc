@@ -79,9 +79,9 @@ Json describe_calibration(const Map& map, const Config& config) {
 
 std::string calibration_for_people(const Json& json) {
   std::string text = "calibration  ";
-  if (json["estimates"].get<int>() == 0) text += "as given, not estimated yet; ";
-  if (json["estimates"].get<int>() > 0 && json.contains("time_offset"))
-    text += offset_for_people(json["time_offset"]);
+  const bool is_estimated = json["estimates"].get<int>() > 0 || json["changes"].get<int>() > 0;
+  if (!is_estimated) text += "as given, not estimated yet; ";
+  if (is_estimated && json.contains("time_offset")) text += offset_for_people(json["time_offset"]);
   if (json["estimates"].get<int>() > 0 && json.contains("extrinsics"))
     text += extrinsics_for_people(json["extrinsics"]);
   const std::string missing = json["missing"].get<std::string>();

@@ -24,10 +24,13 @@ bool is_worthwhile(const Map& map, const CalibrationResult& result) {
 void InertialMapper::shift_coarsely(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
   const auto chain = linked_keyframes(*view, keyframe, options_.max_keyframes);
-  const auto offset = coarse_clock_offset(*view, chain);
-  if (!offset) return;
+  const auto found = coarse_clock_offset(*view, chain);
+  if (!found) return;
   shared.commit([&](Map& map) {
-    recalibrate(map, {seconds_between(0, *offset), map.rig().body_from_camera[0]});
+    recalibrate(map, {found->offset, map.rig().body_from_camera[0]});
+    CalibrationStatus status = map.calibration();
+    status.time_sigma = found->sigma;
+    map.set_calibration(status);
   });
 }
 

@@ -87,7 +87,8 @@ std::optional<CalibrationProblem> gather_calibration(const Map& map,
   return problem;
 }
 
-std::optional<Timestamp> coarse_clock_offset(const Map& map, const std::vector<KeyframeId>& chain) {
+std::optional<ClockOffset> coarse_clock_offset(const Map& map,
+                                               const std::vector<KeyframeId>& chain) {
   constexpr double kCertain = 0.003;  // s
   std::vector<StampedRotation> rotations;
   for (const KeyframeId id : chain) {
@@ -99,7 +100,7 @@ std::optional<Timestamp> coarse_clock_offset(const Map& map, const std::vector<K
   const auto found = align_camera_to_imu(rotations, samples, {});
   if (!found || found->time_sigma > kCertain) return std::nullopt;
   if (std::abs(found->time_offset) < std::max(kCertain, 3 * found->time_sigma)) return std::nullopt;
-  return from_seconds(found->time_offset);
+  return ClockOffset{found->time_offset, found->time_sigma};
 }
 
 void recalibrate(Map& map, const CameraImuCalibration& calibration) {

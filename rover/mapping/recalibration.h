@@ -17,9 +17,15 @@ std::optional<CalibrationProblem> gather_calibration(const Map& map,
                                                      const WeightingOptions& weighting,
                                                      const BundleOptions& adjustment);
 
-// How far the clocks are apart by turns alone, for a map that is not aligned: ns by which the
-// inertial sensor's stamps are too late. Nothing where that does not show, or is little.
-std::optional<Timestamp> coarse_clock_offset(const Map& map, const std::vector<KeyframeId>& chain);
+struct ClockOffset {
+  double offset = 0;  // s by which the inertial sensor's stamps are too late
+  double sigma = 0;   // s
+};
+
+// How far the clocks are apart by turns alone, for a map that is not aligned. Nothing where that
+// does not show, or is little.
+std::optional<ClockOffset> coarse_clock_offset(const Map& map,
+                                               const std::vector<KeyframeId>& chain);
 
 // Puts a calibration in force: the offset is on top of what the map's motions have been cut for.
 // Motions are cut anew, the rig moves (see Map::move_rig).

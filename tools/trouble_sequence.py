@@ -6,19 +6,29 @@
 Times are seconds after the first image of camera 0. Needs nothing but Python."""
 
 import argparse
+import math
 import os
+import re
 import shutil
 import struct
 import zlib
 from pathlib import Path
 
 LATE_PERIOD = 10  # --late: every tenth image comes after the next one
+TURN_AXIS = (0.6, -0.48, 0.64)  # --move-rig, unit vectors in the body
+MOVE_AXIS = (0.6, -0.4, 0.693)
 
 
 def interval(text):
     """'20:3' -> (20, 23)."""
     begin, length = (float(part) for part in text.split(":"))
     return begin, begin + length
+
+
+def turn_and_move(text):
+    """'1:0.02' -> (1, 0.02)."""
+    degrees, metres = (float(part) for part in text.split(":"))
+    return degrees, metres
 
 
 def parse_arguments():
@@ -34,6 +44,10 @@ def parse_arguments():
     parser.add_argument("--double", choices=["stamp", "image"],
                         help="each image twice: with its stamp again, or half a period later")
     parser.add_argument("--drop-third", action="store_true", help="leave out every third image")
+    parser.add_argument("--imu-late", type=float, default=0, metavar="S",
+                        help="the inertial sensor's stamps are S seconds too late")
+    parser.add_argument("--move-rig", type=turn_and_move, metavar="DEG:M",
+                        help="calibration that has all cameras turned and moved in the body")
     parser.add_argument("--late", action="store_true",
                         help=f"every {LATE_PERIOD}th image comes after the next one")
     return parser.parse_args()
@@ -87,10 +101,37 @@ def delivered_late(rows):
     return rows
 
 
+def product(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+def rigid(degrees, metres):
+    """The matrix of a turn about TURN_AXIS (Rodrigues) and a way along MOVE_AXIS."""
+    (x, y, z), angle = TURN_AXIS, math.radians(degrees)
+    c, s = math.cos(angle), math.sin(angle)
+    cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))
+    axis = (x, y, z)
+    rows = [[(c if i == j else 0) + (1 - c) * axis[i] * axis[j] + s * cross[i][j]
+             for j in range(3)] + [metres * MOVE_AXIS[i]] for i in range(3)]
+    return rows + [[0, 0, 0, 1]]
+
+
+def move_rig(calibration, degrees, metres):
+    """Rewrites T_BS of a camera's sensor.yaml."""
+    text = calibration.read_text()
+    found = re.search(r"data:\s*\[([^\]]*)\]", text)
+    values = [float(value) for value in found.group(1).split(",")]
+    moved = product(rigid(degrees, metres), [values[4 * i:4 * i + 4] for i in range(4)])
+    data = ", ".join(repr(value) for row in moved for value in row)
+    calibration.write_text(text[:found.start()] + f"data: [{data}]" + text[found.end():])
+
+
 def trouble_images(source, target, seconds, options):
     header, rows = read_rows(source / "data.csv")
     (target / "data").mkdir(parents=True)
     shutil.copy(source / "sensor.yaml", target)
+    if options.move_rig:
+        move_rig(target / "sensor.yaml", *options.move_rig)
     rows = [row for row in rows
             if seconds(row) < options.duration and not within(seconds(row), options.missing)]
     if options.drop_third:
@@ -115,6 +156,8 @@ def trouble_inertia(source, target, seconds, options):
     end = float("inf") if options.imu_end is None else options.imu_end
     rows = [row for row in rows
             if not within(seconds(row), options.imu_gap) and seconds(row) < end]
+    late = round(options.imu_late * 1e9)
+    rows = [[str(int(row[0]) + late)] + row[1:] for row in rows]
     write_rows(target / "data.csv", header, rows)
 
 

@@ -126,6 +126,18 @@ class FlightPiece {
     fs::copy_file(folder_ / names_[index - 1], folder_ / names_[index],
                   fs::copy_options::overwrite_existing);
   }
+  // The inertial sensor's clock set ahead.
+  void delay_imu(Timestamp by) const {
+    std::istringstream lines(folder_.read("mav0/imu0/data.csv"));
+    std::string text, line;
+    while (std::getline(lines, line)) {
+      const auto comma = line.find(',');
+      const bool is_row = !line.empty() && line[0] != '#' && comma != std::string::npos;
+      text += (is_row ? std::to_string(std::stoll(line) + by) + line.substr(comma) : line) + "\n";
+    }
+    fs::remove(folder_ / "mav0/imu0/data.csv");  // a copy may be read-only
+    folder_.write("mav0/imu0/data.csv", text);
+  }
   void shrink(std::size_t index) const { folder_.write_image(names_[index], 320, 240); }
   void truncate(std::size_t index, std::size_t bytes) const {
     folder_.write(names_[index], folder_.read(names_[index]).substr(0, bytes));

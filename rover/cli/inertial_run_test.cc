@@ -51,6 +51,34 @@ TEST(InertialRun, TellsStatesWithDeviationsOnceAligned) {
   }
 }
 
+// The clip ends before the second, finer estimate would come: turns alone tell the offset.
+TEST(InertialRun, FindsClocksThatAreApart) {
+  SKIP_UNLESS_PRESENT(kClip);
+  const FlightPiece piece(90);
+  piece.delay_imu(40'000'000);
+  const TestFolder config;
+  config.write("offset.yaml",
+               "inertial:\n  estimate_time_offset: true\n  first_calibration: 0.5\n");
+  const Arguments options = {"--config", (config.path() / "offset.yaml").string()};
+  const FinishedRun run(piece.path(), "mono-inertial", options);
+  const auto inertial = run.summary()["inertial"];
+  EXPECT_EQ(inertial["state"], "aligned");
+  const auto& found = inertial["calibration"];
+  EXPECT_NEAR(found["time_offset"]["value_s"].get<double>(), 0.04, 0.006);
+  EXPECT_EQ(found["time_offset"]["given_s"].get<double>(), 0);
+  EXPECT_GE(found["changes"].get<int>(), 1);
+  EXPECT_FALSE(found.contains("extrinsics"));
+  EXPECT_THAT(run.outcome().out, HasSubstr("calibration  "));
+  const FinishedRun again(piece.path(), "mono-inertial", options);
+  EXPECT_EQ(run.read("trajectory_final.txt"), again.read("trajectory_final.txt"));
+}
+
+TEST(InertialRun, TakesTheCalibrationAsGivenUnlessAskedTo) {
+  SKIP_UNLESS_PRESENT(kClip);
+  const FinishedRun run(sequence_folder(kClip), "mono-inertial", {"--max-frames", "40"});
+  EXPECT_FALSE(run.summary()["inertial"].contains("calibration"));
+}
+
 TEST(InertialRun, WaitsForExcitation) {
   SKIP_UNLESS_PRESENT(kClip);
   const FinishedRun run(sequence_folder(kClip), "mono-inertial", {"--max-frames", "40"});

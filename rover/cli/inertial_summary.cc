@@ -4,15 +4,16 @@
 
 #include <fmt/format.h>
 
+#include "rover/cli/calibration_summary.h"
+
 namespace rover {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-InertialStatus status_of_largest_map(const System& system) {
+std::shared_ptr<const Map> largest_map_of(const System& system) {
   const auto largest = system.largest_map();
-  if (!largest) return {};
-  return system.maps()[static_cast<std::size_t>(largest->value)]->inertial();
+  return largest ? system.maps()[static_cast<std::size_t>(largest->value)] : nullptr;
 }
 
 std::string state_of(const InertialStatus& status, const RunRecorder& recorder) {
@@ -34,6 +35,8 @@ const char* name_of(InertialEvent event) {
       return "initialised";
     case InertialEvent::kRefined:
       return "refined";
+    case InertialEvent::kCalibrated:
+      return "calibrated";
     case InertialEvent::kUndone:
       return "undone";
     case InertialEvent::kNone:
@@ -57,7 +60,8 @@ Json events_of(const RunRecorder& recorder) {
 }  // namespace
 
 Json describe_inertia(const System& system, const RunRecorder& recorder) {
-  const InertialStatus status = status_of_largest_map(system);
+  const auto map = largest_map_of(system);
+  const InertialStatus status = map ? map->inertial() : InertialStatus{};
   Json json;
   json["state"] = state_of(status, recorder);
   json["aligned_at"] = status.aligned ? Json(format_seconds(status.begin)) : Json();
@@ -66,18 +70,23 @@ Json describe_inertia(const System& system, const RunRecorder& recorder) {
   json["alignments"] = count(recorder, InertialEvent::kInitialized);
   json["undone"] = count(recorder, InertialEvent::kUndone);
   json["events"] = events_of(recorder);
+  if (map && system.config().mapping.inertial.calibration.enabled())
+    json["calibration"] = describe_calibration(*map, system.config());
   json["dead_reckoned_frames"] = recorder.count("dead-reckoning");
   return json;
 }
 
 std::string inertia_for_people(const Json& inertial) {
   const std::string state = inertial["state"].get<std::string>();
-  if (inertial["aligned_at"].is_null()) return fmt::format("inertial     {}\n", state);
+  const std::string calibration =
+      inertial.contains("calibration") ? calibration_for_people(inertial["calibration"]) : "";
+  if (inertial["aligned_at"].is_null())
+    return fmt::format("inertial     {}\n{}", state, calibration);
   return fmt::format(
       "inertial     aligned at {} s, scale known to {:.1f}%; {} frame(s) by inertial "
-      "data alone\n",
+      "data alone\n{}",
       inertial["aligned_at"].get<std::string>(), 100 * inertial["scale_sigma"].get<double>(),
-      inertial["dead_reckoned_frames"].get<int>());
+      inertial["dead_reckoned_frames"].get<int>(), calibration);
 }
 
 }  // namespace rover

@@ -12,6 +12,7 @@
 
 #include "rover/base/error.h"
 #include "rover/cli/commands.h"
+#include "rover/cli/input_queue.h"
 #include "rover/cli/input_troubles.h"
 #include "rover/cli/run_recorder.h"
 #include "rover/cli/run_summary.h"
@@ -111,14 +112,14 @@ class Pacer {
   explicit Pacer(bool realtime) : realtime_(realtime) {}
 
   // Waits until the frame is there. False: the next one is there already, so this one is dropped.
-  bool admit(Timestamp time, const std::optional<SensorFrame>& next) {
+  bool admit(Timestamp time, std::optional<Timestamp> next) {
     if (!realtime_) return true;
     if (!started_) {
       started_ = true;
       first_ = time;
       start_ = std::chrono::steady_clock::now();
     }
-    if (next && std::chrono::steady_clock::now() >= due(next->time)) return false;
+    if (next && std::chrono::steady_clock::now() >= due(*next)) return false;
     std::this_thread::sleep_until(due(time));
     return true;
   }
@@ -141,7 +142,8 @@ class Run {
         mode_(mode),
         dataset_(dataset),
         system_(system),
-        troubles_(system.config().tracking.inertial.noise.gap) {}
+        troubles_(system.config().tracking.inertial.noise.gap),
+        queue_(dataset) {}
 
   RunFacts execute(RunRecorder& recorder) {
     RunFacts facts;
@@ -153,14 +155,13 @@ class Run {
     Stopwatch wall;
     std::optional<Timestamp> first;
     Timestamp last = 0;
-    auto next = dataset_.next();
-    while (next && facts.frames_offered < limit(facts.frames_offered + 1)) {
-      SensorFrame frame = std::move(*next);
-      next = dataset_.next();
-      if (!first) first = frame.time;
-      last = frame.time;
+    while (queue_.read_ahead(1) && facts.frames_offered < limit(facts.frames_offered + 1)) {
+      PendingFrame pending = queue_.pop();
+      queue_.read_ahead(1);
+      last = pending.frame.time;
+      if (!first) first = last;
       ++facts.frames_offered;
-      offer(frame, pacer.admit(frame.time, next), recorder, progress);
+      offer(pending, pacer.admit(last, queue_.next_time()), recorder, progress);
     }
     system_.finish();
     recorder.add_mapping(system_.take_mapping_records());
@@ -178,11 +179,12 @@ class Run {
     return std::min(frames, static_cast<std::size_t>(options_.max_frames));
   }
 
-  void offer(const SensorFrame& frame, bool admitted, RunRecorder& recorder, Progress& progress) {
+  void offer(PendingFrame& pending, bool admitted, RunRecorder& recorder, Progress& progress) {
+    const SensorFrame& frame = pending.frame;
     troubles_.offer(frame);
-    for (const ImuSample& sample : frame.imu) {
+    queue_.give_readings(pending, system_.imu_needed(frame.time), [&](const ImuSample& sample) {
       if (!system_.add_imu(sample)) troubles_.refuse_sample();
-    }
+    });
     if (!frame.usable()) {
       warn_of_image(frame);
       recorder.add_unusable(frame.index, frame.time, "skipped");
@@ -210,6 +212,7 @@ class Run {
   Dataset& dataset_;
   System& system_;
   InputTroubles troubles_;
+  InputQueue queue_;
 };
 
 void run(const RunOptions& options) {

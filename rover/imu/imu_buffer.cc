@@ -53,6 +53,10 @@ std::vector<ImuSample> ImuBuffer::between(Timestamp from, Timestamp to) const {
   return result;
 }
 
+void ImuBuffer::shift(Timestamp by) {
+  for (ImuSample& sample : samples_) sample.time += by;
+}
+
 void ImuBuffer::forget_before(Timestamp time) {
   while (samples_.size() > 1 && samples_[1].time <= time) samples_.pop_front();
 }

@@ -27,6 +27,9 @@ class ImuBuffer {
   // Drops what between() with a later `from` does not need.
   void forget_before(Timestamp time);
 
+  // Moves the stamps of all samples.
+  void shift(Timestamp by);
+
   bool empty() const { return samples_.empty(); }
   const std::deque<ImuSample>& samples() const { return samples_; }
   int refused() const { return refused_; }  // samples left out so far

@@ -31,6 +31,15 @@ TEST(ImuBuffer, InterpolatesBothEnds) {
   for (int i = 1; i < 5; ++i) EXPECT_EQ(samples[i].time, (i + 2) * kStep);
 }
 
+TEST(ImuBuffer, ShiftsItsStamps) {
+  ImuBuffer buffer = filled(11);
+  buffer.shift(-2 * kStep);
+  const auto samples = buffer.between(0, 2 * kStep);
+  ASSERT_EQ(samples.size(), 3u);
+  EXPECT_DOUBLE_EQ(samples.front().angular_velocity.x(), 2);
+  EXPECT_DOUBLE_EQ(samples.back().angular_velocity.x(), 4);
+}
+
 TEST(ImuBuffer, DoesNotDoubleSamplesAtTheEnds) {
   const auto samples = filled(11).between(2 * kStep, 4 * kStep);
   ASSERT_EQ(samples.size(), 3u);

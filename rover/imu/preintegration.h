@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "rover/imu/imu_noise.h"
@@ -30,6 +31,11 @@ class Preintegration {
   // One interval and the one that follows it as one, with the bias of the first: for keyframes that
   // are culled. Throws std::invalid_argument where the second does not begin where the first ends.
   static Preintegration merged(const Preintegration& first, const Preintegration& second);
+
+  // The same sensor with the same bias over other samples.
+  Preintegration over(std::vector<ImuSample> samples) const {
+    return {std::move(samples), bias_, noise_};
+  }
 
   Timestamp begin() const { return samples_.front().time; }
   Timestamp end() const { return samples_.back().time; }

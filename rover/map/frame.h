@@ -26,7 +26,7 @@ struct Observation {
 struct StereoObservation {
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // px, raw image of camera 1
   float sigma = 0;                                  // px; 0: no partner
-  Eigen::Vector3f point = Eigen::Vector3f::Zero();  // m, body frame
+  Eigen::Vector3f point = Eigen::Vector3f::Zero();  // m, frame of camera 0
   float depth = 0;                                  // m, distance along the viewing ray
   float depth_sigma = 0;                            // m
 

@@ -218,57 +218,6 @@ void Map::set_covariance(KeyframeId keyframe, std::shared_ptr<const StateCovaria
   if (find(keyframe)) keyframes_.edit(keyframe).covariance = std::move(covariance);
 }
 
-SE3 Map::rescale_relative(const SE3& a_from_b, double then) const {
-  return rescaled(a_from_b, scale_ / then);
-}
-
-// Distances between cameras scale, those between a camera and the body do not.
-SE3 Map::rescaled(const SE3& a_from_b, double factor) const {
-  if (factor == 1) return a_from_b;
-  const SE3& body_from_camera = rig_->body_from_camera[0];
-  SE3 cameras = body_from_camera.inverse() * a_from_b * body_from_camera;
-  cameras.translation *= factor;
-  return body_from_camera * cameras * body_from_camera.inverse();
-}
-
-void Map::move(KeyframeId id, const Sim3& new_world_from_world) {
-  const SE3& body_from_camera = rig_->body_from_camera[0];
-  Keyframe& keyframe = keyframes_.edit(id);
-  keyframe.frame.world_from_body =
-      move_pose(new_world_from_world, keyframe.world_from_body() * body_from_camera) *
-      body_from_camera.inverse();
-  keyframe.velocity =
-      new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
-  keyframe.covariance.reset();
-}
-
-void Map::move(LandmarkId id, const Sim3& new_world_from_world) {
-  Landmark& landmark = landmarks_.edit(id);
-  landmark.position = new_world_from_world * landmark.position;
-  landmark.world_from_reference = move_pose(new_world_from_world, landmark.world_from_reference);
-}
-
-void Map::transform(const Sim3& new_world_from_world) {
-  std::vector<KeyframeId> keyframes;
-  for (const Keyframe& keyframe : keyframes_) keyframes.push_back(keyframe.id);
-  for (const KeyframeId id : keyframes) move(id, new_world_from_world);
-  std::vector<LandmarkId> landmarks;
-  for (const Landmark& landmark : landmarks_) landmarks.push_back(landmark.id);
-  for (const LandmarkId id : landmarks) move(id, new_world_from_world);
-  rescale(new_world_from_world.scale);
-  ++epoch_;
-}
-
-void Map::rescale(double factor) {
-  std::vector<KeyframeId> retired;
-  for (const RetiredKeyframe& keyframe : retired_) retired.push_back(keyframe.id);
-  for (const KeyframeId id : retired) {
-    RetiredKeyframe& keyframe = retired_.edit(id);
-    keyframe.parent_from_body = rescaled(keyframe.parent_from_body, factor);
-  }
-  scale_ *= factor;
-}
-
 std::vector<Covisibility> Map::covisible(KeyframeId keyframe, int min_shared) const {
   auto votes = observers(landmarks_of(keyframe), min_shared);
   std::erase_if(votes, [&](const auto& vote) { return vote.keyframe == keyframe; });

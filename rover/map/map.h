@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -42,6 +44,27 @@ struct InertialStatus {
   int refinements = 0;     // adjustments of the whole map since it was aligned
   double scale_sigma = 0;  // relative, posterior standard deviation
   Timestamp undone = 0;    // of the keyframe at which an alignment turned out wrong; 0: none did
+};
+
+// What is known of how the cameras stand to the inertial sensor, where that is estimated: see
+// CalibrationOptions.
+struct CalibrationStatus {
+  Timestamp time_offset = 0;  // ns, taken from the inertial sensor's stamps as given
+  std::optional<SE3> given;   // body_from_camera of camera 0 as given; nothing: as in the rig
+  Timestamp estimated = 0;    // of the keyframe at which it was last estimated; 0: never
+  int estimates = 0;          // that were certain enough
+  int changes = 0;            // of what is in force
+  bool settled = false;       // certain, and the last estimate changed nothing
+  double time_sigma = 0;      // s; 0: not estimated
+  Eigen::Vector3d rotation_sigma = Eigen::Vector3d::Zero();     // rad, about the camera's axes
+  Eigen::Vector3d translation_sigma = Eigen::Vector3d::Zero();  // m, along them
+  std::string missing;  // what the last estimate lacked, in plain words
+};
+
+// What poses relative to keyframes that are kept outside a map are expressed in.
+struct MapUnits {
+  double scale = 1;      // the unit of length in units that the map began with
+  SE3 body_from_camera;  // of camera 0: where the body is
 };
 
 // A keyframe and the number of landmarks it shares with another.
@@ -111,14 +134,24 @@ class Map {
   // forgotten.
   void transform(const Sim3& new_world_from_world);
 
-  // The present unit of length in units that the map began with: poses relative to keyframes that
-  // were kept outside the map have to be scaled as it changes (see rescale_relative).
+  // The present unit of length in units that the map began with.
   double scale() const { return scale_; }
+  // Poses relative to keyframes that are kept outside the map have to follow as these change.
+  MapUnits units() const { return {scale_, rig_->body_from_camera[0]}; }
   // Tells that an adjustment has changed the unit of length: keyframes and landmarks are where they
   // belong, poses kept relative to them follow.
   void rescale(double factor);
-  // A pose relative to another one, kept when the scale was `then`, at today's scale.
-  SE3 rescale_relative(const SE3& a_from_b, double then) const;
+  // A pose relative to another one, kept when the units were `then`, in today's.
+  SE3 rescale_relative(const SE3& a_from_b, const MapUnits& then) const;
+
+  // The rig turns out to sit elsewhere in the body (camera 0 as given here, the others with it):
+  // cameras and landmarks stay where they are, bodies move. Raises the epoch.
+  void move_rig(const SE3& body_from_camera);
+  const CalibrationStatus& calibration() const { return calibration_; }
+  void set_calibration(const CalibrationStatus& status) { calibration_ = status; }
+  // Inertial readings from the newest keyframe's stamp on, as far as they were there.
+  const std::vector<ImuSample>& readings_after() const { return readings_after_; }
+  void set_readings_after(std::vector<ImuSample> samples) { readings_after_ = std::move(samples); }
 
   const InertialStatus& inertial() const { return inertial_; }
   void set_inertial(const InertialStatus& status) { inertial_ = status; }
@@ -151,7 +184,7 @@ class Map {
  private:
   KeyframeId choose_parent(const Frame& frame) const;
   void bridge(const Keyframe& gone);
-  SE3 rescaled(const SE3& a_from_b, double factor) const;
+  void move_body(KeyframeId keyframe, const SE3& new_from_old);
 
   MapId id_;
   std::shared_ptr<const Rig> rig_;
@@ -159,6 +192,8 @@ class Map {
   int epoch_ = 0;
   double scale_ = 1;
   InertialStatus inertial_;
+  CalibrationStatus calibration_;
+  std::vector<ImuSample> readings_after_;
   KeyframeId newest_;
   Timestamp begin_ = 0;
   CowTable<KeyframeId, Keyframe> keyframes_;

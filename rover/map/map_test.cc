@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "rover/geometry/random_geometry.h"
+#include "rover/map/atlas.h"
 #include "rover/map/shared_map.h"
 #include "rover/map/test_map.h"
 
@@ -164,7 +165,47 @@ TEST(Map, GaugeChangesKeepExtrinsicsAndTurnVelocities) {
   EXPECT_LT((map.at(KeyframeId{1}).velocity - 3 * (gauge.rotation * velocity)).norm(), 1e-12);
   const SE3 moved =
       map.at(KeyframeId{0}).world_from_body().inverse() * map.at(KeyframeId{1}).world_from_body();
-  EXPECT_LT(se3_minus(map.rescale_relative(relative, 1), moved).norm(), 1e-9);
+  EXPECT_LT(se3_minus(map.rescale_relative(relative, {1, rig.body_from_camera[0]}), moved).norm(),
+            1e-9);
+}
+
+TEST(Map, MovingTheRigKeepsCamerasAndWhatHangsOnThem) {
+  Map map = test_map(3, 20);
+  const SE3 before = map.rig().body_from_camera[0];
+  const MapUnits then = map.units();
+  const SE3 asked = map.at(KeyframeId{1}).world_from_body();
+  const SE3 relative = map.at(KeyframeId{0}).world_from_body().inverse() * asked;
+  const SE3 camera = asked * before;
+  map.retire({2});
+  const SE3 retired_camera = map.world_from_any({2}) * before;
+  Vector6d change;
+  change << 0.02, -0.01, 0.03, 0.02, 0.01, -0.02;
+  const int epoch = map.epoch();
+  map.move_rig(se3_plus(before, change));
+  const SE3& now = map.rig().body_from_camera[0];
+  EXPECT_LT(se3_minus(now, se3_plus(before, change)).norm(), 1e-12);
+  EXPECT_LT(se3_minus(*map.calibration().given, before).norm(), 1e-12);
+  EXPECT_EQ(map.epoch(), epoch + 1);
+  EXPECT_LT(se3_minus(map.at(KeyframeId{1}).world_from_body() * now, camera).norm(), 1e-9);
+  EXPECT_LT(se3_minus(map.world_from_any({2}) * now, retired_camera).norm(), 1e-9);
+  const SE3 moved =
+      map.at(KeyframeId{0}).world_from_body().inverse() * map.at(KeyframeId{1}).world_from_body();
+  EXPECT_LT(se3_minus(map.rescale_relative(relative, then), moved).norm(), 1e-9);
+}
+
+TEST(Atlas, BeginsMapsWithTheCalibrationFound) {
+  Map map = test_map(1, 10);
+  Atlas atlas(map.shared_rig());
+  map.move_rig(se3_plus(map.rig().body_from_camera[0], Vector6d::Constant(0.01)));
+  CalibrationStatus status = map.calibration();
+  status.time_offset = 7;
+  status.estimated = 5;
+  atlas.set_calibration(map.shared_rig(), status);
+  const auto next = atlas.begin_map()->view();
+  EXPECT_EQ(next->shared_rig(), map.shared_rig());
+  EXPECT_EQ(next->calibration().time_offset, 7);
+  EXPECT_TRUE(next->calibration().given.has_value());
+  EXPECT_EQ(next->calibration().estimated, 0);  // in this map
 }
 
 TEST(Map, StereoPartnersSupportALandmarkSeenOnce) {

@@ -8,50 +8,10 @@
 #include <fmt/format.h>
 
 #include "rover/base/error.h"
+#include "rover/mapping/map_alignment.h"
 
 namespace rover {
 namespace {
-
-// The newest keyframes that inertial data link without a break, in order of time; none that an
-// initialisation was misled by.
-std::vector<KeyframeId> linked_keyframes(const Map& map, KeyframeId newest, int most) {
-  std::vector<KeyframeId> chain;
-  for (KeyframeId id = newest; id.valid(); id = map.at(id).previous) {
-    if (map.at(id).frame.time < map.inertial().undone) break;
-    chain.push_back(id);
-    if (!map.at(id).motion || static_cast<int>(chain.size()) == most) break;
-  }
-  std::ranges::reverse(chain);
-  return chain;
-}
-
-InitializationProblem gather_initialization(const Map& map, const std::vector<KeyframeId>& chain) {
-  InitializationProblem problem;
-  problem.body_from_camera = map.rig().body_from_camera[0];
-  problem.metric = map.rig().size() > 1;
-  for (const KeyframeId id : chain) {
-    problem.world_from_camera.push_back(map.at(id).world_from_body() * problem.body_from_camera);
-    if (id != chain.front()) problem.motions.push_back(*map.at(id).motion);
-  }
-  return problem;
-}
-
-// Turns and scales a map, and gives its keyframes velocities and biases. Keyframes made since the
-// initialisation was gathered follow the last one by integration.
-void align(Map& map, const std::vector<KeyframeId>& chain, const InitializationResult& result) {
-  map.transform(result.aligned_from_world);
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    map.set_velocity(chain[i], result.states[i].velocity, result.states[i].bias);
-  }
-  const auto follow = [&](KeyframeId id) { return id.valid() ? map.at(id).next : id; };
-  for (KeyframeId id = follow(chain.back()); id.valid(); id = follow(id)) {
-    const Keyframe& keyframe = map.at(id);
-    const InertialState before = map.at(keyframe.previous).state();
-    const InertialState after =
-        keyframe.motion ? keyframe.motion->predict(before, gravity_of_z_up()) : before;
-    map.set_velocity(id, after.velocity, before.bias);
-  }
-}
 
 double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) /
@@ -91,7 +51,12 @@ void InertialMapperOptions::check() const {
           "inertial.max_refined is {}; use inertial.min_keyframes or more", max_refined);
   require(max_reprojection_ratio > 1, "inertial.max_reprojection_ratio is {}; use more than 1",
           max_reprojection_ratio);
+  require(first_calibration > 0 && calibration_interval > 0,
+          "inertial.first_calibration and calibration_interval must be positive");
+  require(max_calibrated >= min_keyframes,
+          "inertial.max_calibrated is {}; use inertial.min_keyframes or more", max_calibrated);
   initialization.check();
+  calibration.check();
   adjustment.check();
 }
 
@@ -152,13 +117,44 @@ InertialReport InertialMapper::undo(SharedMap& shared, KeyframeId keyframe) cons
 
 InertialReport InertialMapper::advance(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
-  if (!view->inertial().aligned) return initialize(shared, keyframe);
-  if (needs_refinement(*view, view->at(keyframe).frame.time)) return refine(shared, keyframe);
+  const Timestamp now = view->at(keyframe).frame.time;
+  if (!view->inertial().aligned) {
+    if (options_.calibration.time_offset) shift_coarsely(shared, keyframe);
+    return initialize(shared, keyframe);
+  }
+  if (needs_calibration(*view, now)) {
+    const InertialReport report = calibrate(shared, keyframe);
+    if (report.event != InertialEvent::kNone) return report;
+  }
+  if (needs_refinement(*view, now)) return refine(shared, keyframe);
   return {};
 }
 
-// Everything is tried on a copy of the map first: how well the scale is known, the adjustment with
-// all that was seen decides.
+// How well the scale is known, the adjustment with all that was seen decides.
+InertialMapper::Trial InertialMapper::try_alignment(Map map,
+                                                    const std::vector<KeyframeId>& chain) const {
+  Trial trial;
+  trial.alignment = initialize_inertial(gather_initialization(map, chain), options_.initialization);
+  trial.scale_sigma = trial.alignment.scale_sigma;
+  trial.missing = trial.alignment.missing;
+  if (!trial.alignment.accepted) return trial;
+  map.freeze();
+  align(map, chain, trial.alignment);
+  trial.problem = gather_newest(map, options_.max_refined, weighting_);
+  const InertialMapProblem before = trial.problem;
+  trial.summary = adjust_inertial_bundle(trial.problem.inertial,
+                                         {.bundle = options_.adjustment, .scale_sigma = true});
+  trial.scale_sigma = trial.summary.scale_sigma;
+  const bool is_metric = map.rig().size() > 1;
+  if (!is_plausible(trial.problem, trial.summary) ||
+      is_bent(trial.summary, adjust_without_inertia(before, options_.adjustment))) {
+    trial.missing = "camera and inertial sensor do not fit together yet: needs more motion";
+  } else if (!is_metric && !is_certain(trial.scale_sigma)) {
+    trial.missing = describe_scale(trial.scale_sigma, options_.initialization.max_scale_sigma);
+  }
+  return trial;
+}
+
 InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
   const auto chain = linked_keyframes(*view, keyframe, options_.max_keyframes);
@@ -168,37 +164,19 @@ InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe
         fmt::format("needs motion: {} of {} keyframes with inertial data between them are there",
                     chain.size(), options_.min_keyframes)};
   }
-  const InitializationResult result =
-      initialize_inertial(gather_initialization(*view, chain), options_.initialization);
-  if (!result.accepted) return {InertialEvent::kNone, result.scale_sigma, result.missing};
-  Map trial = *view;
-  trial.freeze();
-  align(trial, chain, result);
-  InertialMapProblem problem = gather_newest(trial, options_.max_refined, weighting_);
-  const InertialMapProblem before = problem;
-  const auto summary = adjust_inertial_bundle(problem.inertial,
-                                              {.bundle = options_.adjustment, .scale_sigma = true});
-  if (!is_plausible(problem, summary) ||
-      is_bent(summary, adjust_without_inertia(before, options_.adjustment))) {
-    return {InertialEvent::kNone, summary.scale_sigma,
-            "camera and inertial sensor do not fit together yet: needs more motion"};
-  }
-  const bool is_metric = view->rig().size() > 1;
-  if (!is_metric && !is_certain(summary.scale_sigma)) {
-    return {InertialEvent::kNone, summary.scale_sigma,
-            describe_scale(summary.scale_sigma, options_.initialization.max_scale_sigma)};
-  }
+  const Trial trial = try_alignment(*view, chain);
+  if (!trial.missing.empty()) return {InertialEvent::kNone, trial.scale_sigma, trial.missing};
   const Timestamp now = view->at(keyframe).frame.time;
   shared.commit([&](Map& map) {
-    align(map, chain, result);
-    commit_inertial_adjustment(map, problem, summary);
+    align(map, chain, trial.alignment);
+    commit_inertial_adjustment(map, trial.problem, trial.summary);
     map.set_inertial({.aligned = true,
                       .begin = now,
                       .refined = now,
-                      .scale_sigma = summary.scale_sigma,
+                      .scale_sigma = trial.scale_sigma,
                       .undone = map.inertial().undone});
   });
-  return {InertialEvent::kInitialized, summary.scale_sigma, ""};
+  return {InertialEvent::kInitialized, trial.scale_sigma, ""};
 }
 
 // Zero: not determined at all.

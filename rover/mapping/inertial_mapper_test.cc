@@ -28,6 +28,12 @@ class Flight {
         mapper_(options, {}),
         map_(std::make_unique<SharedMap>(simulated_.blank())) {}
 
+  // The map is begun with extrinsics that are wrong.
+  void believe(const SE3& body_from_camera) {
+    simulated_.believe(body_from_camera);
+    map_ = std::make_unique<SharedMap>(simulated_.blank());
+  }
+
   InertialReport step() {
     const KeyframeId id = map_->commit([&](Map& map) { return add(map); });
     InertialReport report;
@@ -37,9 +43,11 @@ class Flight {
     return report;
   }
 
+  bool is_over() const { return next_ >= static_cast<int>(flight_.truth.velocity.size()); }
+
   // The first event of a kind, or of any but none; empty where the flight is over before.
   std::optional<InertialReport> step_until(InertialEvent event) {
-    while (next_ < static_cast<int>(flight_.truth.velocity.size())) {
+    while (!is_over()) {
       const InertialReport report = step();
       if (report.event == event) return report;
     }
@@ -205,6 +213,47 @@ TEST(InertialMapper, ALongMapIsRefinedInPart) {
   EXPECT_LT(flight.scale_error(), 0.03);
   EXPECT_LT(flight.tilt(), 0.02);
   EXPECT_LT(flight.fit().second, 0.02);  // old and new keyframes are still one map
+}
+
+// A clock that is late and cameras that sit elsewhere than was said.
+TEST(InertialMapper, CalibratesWhereAskedFor) {
+  InertialMapperOptions options;
+  options.calibration = {.time_offset = true, .extrinsics = true};
+  Vector6d wrong;
+  wrong << 0.015, -0.02, 0.01, 0.012, -0.015, 0.01;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    FlightSimulation simulation = lively(seed);
+    simulation.late = 0.014;
+    const auto simulated = simulate_flight(simulation);
+    const SE3& truth = simulated.truth.bundle.rig.body_from_camera[0];
+    Flight flight(simulated, options);
+    flight.believe(se3_plus(truth, wrong));
+    while (!flight.is_over()) flight.step();
+    const CalibrationStatus& status = flight.view()->calibration();
+    EXPECT_GE(status.changes, 1);
+    EXPECT_GE(status.estimates, 1) << status.missing;
+    EXPECT_NEAR(seconds_between(0, status.time_offset), 0.014, 4 * status.time_sigma);
+    EXPECT_LT(status.time_sigma, 0.001);
+    const Vector6d error = se3_minus(flight.view()->rig().body_from_camera[0], truth);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_LT(std::abs(error[i]), 4 * status.translation_sigma[i]) << i;
+      EXPECT_LT(std::abs(error[3 + i]), 4 * status.rotation_sigma[i]) << i;
+    }
+    EXPECT_LT(error.tail<3>().norm(), 0.5 * wrong.tail<3>().norm());
+    EXPECT_LT(se3_minus(*status.given, se3_plus(truth, wrong)).norm(), 1e-9);
+    EXPECT_LT(flight.tilt(), 0.03);
+    EXPECT_LT(flight.scale_error(), 0.02);
+  }
+}
+
+TEST(InertialMapper, LeavesTheCalibrationAloneUnlessAskedFor) {
+  FlightSimulation simulation = lively(4);
+  simulation.keyframes = 50;
+  const auto simulated = simulate_flight(simulation);
+  Flight flight(simulated);
+  while (!flight.is_over()) EXPECT_NE(flight.step().event, InertialEvent::kCalibrated);
+  EXPECT_EQ(flight.view()->calibration().estimated, 0);
+  EXPECT_EQ(flight.view()->calibration().changes, 0);
 }
 
 }  // namespace

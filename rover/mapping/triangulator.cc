@@ -73,7 +73,7 @@ class PairTriangulator {
     const Frame& frame = map_.at(keyframe).frame;
     const StereoObservation* stereo = frame.stereo_of(feature);
     if (!stereo) return std::nullopt;
-    return frame.world_from_body * stereo->point.cast<double>();
+    return frame.world_from_body * (map_.rig().body_from_camera[0] * stereo->point.cast<double>());
   }
 
   Eigen::Vector2d pixel(KeyframeId keyframe, int feature) const {

@@ -136,7 +136,7 @@ TEST(InertialMapAdjustment, WhatIsOlderMovesAlong) {
   transformed.transform(motion);
   EXPECT_LT(se3_minus(map.world_from_any({2}), transformed.world_from_any({2})).norm(), 1e-9);
   EXPECT_LT(
-      se3_minus(map.rescale_relative(retired, 1),
+      se3_minus(map.rescale_relative(retired, {1, map.rig().body_from_camera[0]}),
                 map.at(map.standing({2})).world_from_body().inverse() * map.world_from_any({2}))
           .norm(),
       1e-9);

@@ -19,6 +19,7 @@ struct FlightSimulation {
   double sigma = 1;  // px
   double outliers = 0;
   double imu_inflation = 1;  // of the noise that is simulated and reckoned with
+  double late = 0;           // s that the inertial sensor's stamps are too late by
   double gyroscope_bias = 0.02, accelerometer_bias = 0.1;  // deviations
   std::uint64_t seed = 1;
 };
@@ -58,11 +59,11 @@ inline void add_states(const FlightSimulation& simulation, Random& random,
     truth.velocity.push_back(state.velocity);
     truth.bias.push_back(bias);
     if (i + 1 == simulation.keyframes) break;
-    truth.links.push_back(
-        {i,
-         i + 1,
-         {simulate_imu(flight.motion, time, time + simulation.interval, 200, bias, noise, random),
-          ImuBias{}, noise}});
+    auto samples =
+        simulate_imu(flight.motion, time - simulation.late,
+                     time + simulation.interval - simulation.late, 200, bias, noise, random);
+    for (ImuSample& sample : samples) sample.time += from_seconds(simulation.late);
+    truth.links.push_back({i, i + 1, {std::move(samples), ImuBias{}, noise}});
     const Vector6d walk = truth.links.back().motion.walk_sigma();
     bias.gyroscope += walk[0] * random_gaussian_vector(random);
     bias.accelerometer += walk[3] * random_gaussian_vector(random);

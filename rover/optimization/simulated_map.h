@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "rover/imu/clock_shift.h"
 #include "rover/map/map.h"
 #include "rover/optimization/simulated_flight.h"
 
@@ -18,24 +19,30 @@ class SimulatedMap {
         rig_(std::make_shared<const Rig>(flight.truth.bundle.rig)),
         landmarks_(flight.truth.bundle.points.size()) {}
 
+  // The map is begun with extrinsics that are wrong.
+  void believe(const SE3& body_from_camera) {
+    Map map = blank();
+    map.move_rig(body_from_camera);
+    rig_ = map.shared_rig();
+  }
+
   Map blank() const { return Map({0}, rig_, std::make_shared<IdSource>()); }
 
   // After an adjustment: what comes next is where the newest keyframe sees it.
   void follow(const Map& map) {
     const Keyframe& newest = map.at(map.newest_keyframe());
+    rig_ = map.shared_rig();
     const SE3& body_from_camera = rig_->body_from_camera[0];
     const auto index = static_cast<std::size_t>(newest.frame.id.value);
-    const SE3 truth = flight_.truth.bundle.world_from_body[index] * body_from_camera;
+    const SE3 truth = true_camera(index);
     map_from_world_ = Sim3(newest.world_from_body() * body_from_camera, scale_ * map.scale()) *
                       Sim3(truth).inverse();
   }
 
   // Where the map would have a keyframe.
   SE3 pose(int index) const {
-    const SE3& body_from_camera = rig_->body_from_camera[0];
-    const SE3 camera =
-        flight_.truth.bundle.world_from_body[static_cast<std::size_t>(index)] * body_from_camera;
-    return move_pose(map_from_world_, camera) * body_from_camera.inverse();
+    const SE3 camera = true_camera(static_cast<std::size_t>(index));
+    return move_pose(map_from_world_, camera) * rig_->body_from_camera[0].inverse();
   }
 
   // Adds the next keyframe and the landmarks that it sees first.
@@ -51,7 +58,7 @@ class SimulatedMap {
     }
     for (const InertialLink& link : flight_.truth.links) {
       if (link.to != index || !map.at(id).previous.valid()) continue;
-      map.set_motion(id, std::make_shared<const Preintegration>(link.motion));
+      map.set_motion(id, motion_of(map, link));
     }
     return id;
   }
@@ -63,6 +70,21 @@ class SimulatedMap {
   }
 
  private:
+  SE3 true_camera(std::size_t index) const {
+    const BundleProblem& truth = flight_.truth.bundle;
+    return truth.world_from_body[index] * truth.rig.body_from_camera[0];
+  }
+
+  // Cut for the offset of the clock that the map has found.
+  std::shared_ptr<const Preintegration> motion_of(const Map& map, const InertialLink& link) const {
+    const Timestamp offset = map.calibration().time_offset;
+    if (offset == 0) return std::make_shared<const Preintegration>(link.motion);
+    std::vector<Preintegration> all;
+    for (const InertialLink& other : flight_.truth.links) all.push_back(other.motion);
+    auto samples = joined_samples(all, {}, offset).between(link.motion.begin(), link.motion.end());
+    return std::make_shared<const Preintegration>(link.motion.over(std::move(samples)));
+  }
+
   // One feature per point that camera 0 sees.
   Frame make_frame(int index, const SE3& world_from_body) {
     auto features = std::make_shared<FeatureSet>();

@@ -132,7 +132,17 @@ void add_inertial(Config& c, Fields& fields) {
                  {"inertial.max_accelerometer_bias", &m.max_accelerometer_bias},
                  {"inertial.max_reprojection_ratio", &m.max_reprojection_ratio},
                  {"inertial.max_link_chi2", &m.max_link_chi2},
-                 {"inertial.trial_period", &m.trial_period}});
+                 {"inertial.trial_period", &m.trial_period},
+                 {"inertial.estimate_time_offset", &m.calibration.time_offset},
+                 {"inertial.refine_extrinsics", &m.calibration.extrinsics},
+                 {"inertial.prior_time_offset", &m.calibration.prior_time_offset},
+                 {"inertial.prior_extrinsic_rotation", &m.calibration.prior_rotation},
+                 {"inertial.prior_extrinsic_translation", &m.calibration.prior_translation},
+                 {"inertial.max_time_sigma", &m.calibration.max_time_sigma},
+                 {"inertial.max_rotation_sigma", &m.calibration.max_rotation_sigma},
+                 {"inertial.first_calibration", &m.first_calibration},
+                 {"inertial.calibration_interval", &m.calibration_interval},
+                 {"inertial.max_calibrated", &m.max_calibrated}});
 }
 
 // Every setting by its key. The one list that reading and writing are made from.

@@ -155,6 +155,8 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("relocalization.ransac_sigma: 0\n"), HasSubstr("ransac_sigma"));
   EXPECT_THAT(refusal("mapping.matched_share: 1.5\n"), HasSubstr("matched_share"));
   EXPECT_THAT(refusal("mapping.matcher: guessed\n"), HasSubstr("learned or classical"));
+  EXPECT_THAT(refusal("inertial.prior_time_offset: 0\n"), HasSubstr("prior sigmas"));
+  EXPECT_THAT(refusal("inertial.calibration_interval: 0\n"), HasSubstr("calibration_interval"));
   EXPECT_THAT(refusal("extraction.precision: int4\n"), HasSubstr("automatic, float or int8"));
 }
 

@@ -130,7 +130,8 @@ class SimulatedRun {
     const Eigen::Vector3d way = found->point - rays[0].world_from_camera.translation;
     const Eigen::Vector3d direction = way.normalized();
     const double spread = std::sqrt(direction.dot(found->unit_covariance * direction));
-    return {right, static_cast<float>(options_.sigma), found->point.cast<float>(),
+    const Eigen::Vector3d point = rays[0].world_from_camera.inverse() * found->point;
+    return {right, static_cast<float>(options_.sigma), point.cast<float>(),
             static_cast<float>(way.norm()), static_cast<float>(bearing_sigma * spread)};
   }
 

@@ -96,7 +96,7 @@ class System::Implementation {
   // On the clock of the cameras.
   bool add_imu(ImuSample sample) {
     if (!imu_) return true;
-    sample.time -= static_cast<Timestamp>(config_.imu_time_offset * kNanosecondsPerSecond);
+    sample.time -= given_offset();
     return tracker_->add_imu(sample);
   }
 
@@ -112,6 +112,14 @@ class System::Implementation {
       worker_->submit(tracker_->active_map(), result.new_keyframe, id);
     }
     return result;
+  }
+
+  // On the inertial sensor's clock, as given.
+  Timestamp imu_needed(Timestamp image) const {
+    constexpr Timestamp kLead = 50'000'000;  // ns that a new offset may reach beyond the one found
+    const Timestamp lead = config_.mapping.inertial.calibration.time_offset ? kLead : 0;
+    const Timestamp offset = given_offset() + tracker_->imu_time_offset();
+    return imu_ ? std::max(image, image + offset + lead) : image;
   }
 
   void finish() { worker_->finish(); }
@@ -153,7 +161,7 @@ class System::Implementation {
       if (pose.map != id) continue;
       poses.push_back({pose.frame, pose.time,
                        map->world_from_any(pose.reference) *
-                           map->rescale_relative(pose.reference_from_body, pose.scale)});
+                           map->rescale_relative(pose.reference_from_body, pose.units)});
     }
     std::sort(poses.begin(), poses.end(),
               [](const auto& a, const auto& b) { return a.time < b.time; });
@@ -172,6 +180,10 @@ class System::Implementation {
   const Config& config() const { return config_; }
 
  private:
+  Timestamp given_offset() const {
+    return static_cast<Timestamp>(config_.imu_time_offset * kNanosecondsPerSecond);
+  }
+
   void adjust_visually(SharedMap& shared) const {
     MapProblem problem = gather_whole_map(*shared.view(), config_.weighting);
     const BundleSummary summary = adjust(problem, config_.final_adjustment);
@@ -271,6 +283,7 @@ System::System(const Config& config, const Rig& rig, Mode mode, const cv::Mat& m
 System::~System() = default;
 
 bool System::add_imu(const ImuSample& sample) { return implementation_->add_imu(sample); }
+Timestamp System::imu_needed(Timestamp image) const { return implementation_->imu_needed(image); }
 
 TrackingResult System::add_images(Timestamp time, const cv::Mat& left, const cv::Mat& right) {
   return implementation_->add_images(time, left, right);

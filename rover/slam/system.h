@@ -49,9 +49,12 @@ class System {
   System& operator=(const System&) = delete;
 
   // Takes a reading of the inertial sensor (inertial modes; else it is left aside). Before each
-  // frame those up to its stamp, and if possible the one after, should be in. False: left out, as
-  // it is out of order or not finite.
+  // frame those up to imu_needed() of its stamp, and if possible the one after, should be in.
+  // False: left out, as it is out of order or not finite.
   bool add_imu(const ImuSample& sample);
+  // The stamp that readings should have reached before a frame is given: the frame's own, or later
+  // where the inertial sensor's clock is ahead of the camera's, or may turn out to be.
+  Timestamp imu_needed(Timestamp image) const;
 
   // Tracks the next frame. time: ns; a frame that is not later than the one before is left out, and
   // the result says so. Images: 8 bit, one channel, of the calibration's size; `right` may be empty

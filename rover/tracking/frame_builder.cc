@@ -46,14 +46,13 @@ std::vector<StereoObservation> FrameBuilder::match_right(const Frame& frame,
   request.budget = options_.features;
   request.threshold = frame.features->threshold;
   const FeatureSet right_features = family_.extractor->extract(right, request);
-  const SE3& body_from_left = rig_->body_from_camera[0];
   std::vector<StereoObservation> result(frame.observations.size());
   for (const StereoMatch& match :
        match_stereo(*frame.features, frame.image, right_features, right, *rig_, options_.stereo)) {
     StereoObservation& observation = result[static_cast<std::size_t>(match.left)];
     observation.pixel = match.position;
     observation.sigma = match.sigma;
-    observation.point = (body_from_left * match.point).cast<float>();
+    observation.point = match.point.cast<float>();
     observation.depth = static_cast<float>(match.point.norm());
     observation.depth_sigma = match.depth_sigma;
   }

@@ -1,5 +1,7 @@
 #include "rover/tracking/inertial_tracking.h"
 
+#include <algorithm>
+
 #include "rover/base/error.h"
 
 namespace rover {
@@ -41,6 +43,18 @@ InertialTracking::InertialTracking(const ImuCalibration& calibration,
                                    const InertialTrackingOptions& options)
     : options_(options), noise_(ImuNoise::of(calibration, options.noise)) {
   options_.check();
+}
+
+void InertialTracking::set_time_offset(Timestamp offset) {
+  if (offset == time_offset_) return;
+  imu_.shift(time_offset_ - offset);
+  time_offset_ = offset;
+}
+
+std::vector<ImuSample> InertialTracking::samples_after(Timestamp time) const {
+  const auto& samples = imu_.samples();
+  const auto first = std::ranges::lower_bound(samples, time, {}, &ImuSample::time);
+  return {first, samples.end()};
 }
 
 std::shared_ptr<const Preintegration> InertialTracking::motion(Timestamp from, Timestamp to,

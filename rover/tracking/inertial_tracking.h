@@ -46,7 +46,15 @@ class InertialTracking {
   InertialTracking(const ImuCalibration& calibration, const InertialTrackingOptions& options);
 
   // False: the sample is out of order or not finite, and left out.
-  bool add(const ImuSample& sample) { return imu_.add(sample); }
+  bool add(ImuSample sample) {
+    sample.time -= time_offset_;
+    return imu_.add(sample);
+  }
+  // What is taken from the stamps of the samples from now on, ns; those that are there follow.
+  void set_time_offset(Timestamp offset);
+  Timestamp time_offset() const { return time_offset_; }
+  // The samples from a moment on.
+  std::vector<ImuSample> samples_after(Timestamp time) const;
 
   // The motion of the body over an interval; null where the samples do not cover it.
   std::shared_ptr<const Preintegration> motion(Timestamp from, Timestamp to,
@@ -70,7 +78,7 @@ class InertialTracking {
                double sigma);
   void forget() { last_.reset(), motion_.reset(), reckoned_.clear(); }
   // Drops samples that no later call will ask for.
-  void forget_before(Timestamp time) { imu_.forget_before(time); }
+  void forget_before(Timestamp time) { imu_.forget_before(time - kLongestShift); }
 
   bool has_prediction() const { return motion_ != nullptr; }
   // The samples from the last state to the frame predicted; none without a prediction.
@@ -87,6 +95,9 @@ class InertialTracking {
   const InertialTrackingOptions& options() const { return options_; }
 
  private:
+  // ns that a new offset of the clock may move samples by without any missing.
+  static constexpr Timestamp kLongestShift = 200'000'000;
+
   struct Known {
     Timestamp time = 0;
     InertialState state;
@@ -99,6 +110,7 @@ class InertialTracking {
   InertialTrackingOptions options_;
   ImuNoise noise_;
   ImuBuffer imu_;
+  Timestamp time_offset_ = 0;
   std::optional<Known> last_;
   KeyframeId keyframe_;  // the newest one and its state when it was looked at
   InertialState keyframe_state_;

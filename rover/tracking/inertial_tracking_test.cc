@@ -59,6 +59,23 @@ TEST_F(InertialTrackingTest, KnowsNothingBeforeTheMapIsAligned) {
   EXPECT_FALSE(tracking_.motion(stamp(5), stamp(7), {}));
 }
 
+// Readings that came before and those that come after are on the same clock.
+TEST_F(InertialTrackingTest, ANewOffsetOfTheClockHoldsForAllReadings) {
+  const auto before = tracking_.motion(stamp(1), stamp(1.5), kBias);
+  tracking_.set_time_offset(stamp(0.02));
+  EXPECT_EQ(tracking_.time_offset(), stamp(0.02));
+  const auto moved = tracking_.motion(stamp(0.98), stamp(1.48), kBias);
+  ASSERT_TRUE(before && moved);
+  EXPECT_LT((before->delta().position - moved->delta().position).norm(), 1e-12);
+  ImuSample next = motion_.sample(6.005, kBias);
+  EXPECT_TRUE(tracking_.add(next));
+  const auto after = tracking_.samples_after(stamp(5.97));
+  ASSERT_EQ(after.size(), 4u);
+  EXPECT_EQ(after.front().time, stamp(5.97));
+  EXPECT_EQ(after.back().time, stamp(5.985));
+  EXPECT_FALSE(tracking_.add(next));
+}
+
 TEST_F(InertialTrackingTest, FollowsTheMotion) {
   for (int i = 1; i <= 40; ++i) {
     tracking_.follow(map_);

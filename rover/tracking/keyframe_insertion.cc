@@ -36,14 +36,14 @@ KeyframeId insert_keyframe(Map& map, Frame frame, const StereoLandmarkOptions& o
     if (!added[i].landmark.valid()) candidates.emplace_back(stereo->depth, i);
   }
   std::sort(candidates.begin(), candidates.end());
-  const SE3 world_from_body = added.world_from_body;
+  const SE3 world_from_camera = added.world_from_body * map.rig().body_from_camera[0];
   const auto stereo_points = added.stereo;
   for (const auto& [depth, feature] : candidates) {
     const StereoObservation& stereo = (*stereo_points)[static_cast<std::size_t>(feature)];
     const bool is_close = is_near(stereo, limit, options);
     if (!is_close && near >= options.min_landmarks) continue;
     if (!is_close) ++near;
-    map.add_landmark(world_from_body * stereo.point.cast<double>(), id, feature);
+    map.add_landmark(world_from_camera * stereo.point.cast<double>(), id, feature);
   }
   return id;
 }

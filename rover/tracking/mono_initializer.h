@@ -51,6 +51,9 @@ class MonoInitializer {
   std::vector<Frame> take_pending();
   void reset();
 
+  // The same cameras elsewhere in the body.
+  void set_rig(std::shared_ptr<const Rig> rig) { rig_ = std::move(rig); }
+
  private:
   std::optional<std::vector<Match>> join(const Frame& frame, double share) const;
   std::optional<InitialViews> try_views(const Frame& frame, const std::vector<Match>& few) const;

@@ -90,7 +90,7 @@ TrackingResult Tracker::track(Frame frame) {
 
 // Finds a frame roughly: from the last one while that is known, else anywhere near.
 bool Tracker::locate(const Map& map, const FeatureGrid& grid, Frame& frame) {
-  if (inertial_) inertial_->follow(map);
+  if (inertial_) follow(map);
   if (state_ != TrackingState::kOk && state_ != TrackingState::kDeadReckoning) {
     return relocalize(map, frame);
   }
@@ -105,13 +105,13 @@ bool Tracker::locate(const Map& map, const FeatureGrid& grid, Frame& frame) {
 void Tracker::rebase(const Map& map) {
   const SE3 world_from_reference = map.world_from_any(reference_);
   last_->world_from_body =
-      world_from_reference * map.rescale_relative(reference_from_last_, scale_);
-  world_from_given_ = world_from_reference * map.rescale_relative(reference_from_given_, scale_);
+      world_from_reference * map.rescale_relative(reference_from_last_, units_);
+  world_from_given_ = world_from_reference * map.rescale_relative(reference_from_given_, units_);
   reference_ = map.standing(reference_);
   const SE3 reference_from_world = map.at(reference_).world_from_body().inverse();
   reference_from_last_ = reference_from_world * last_->world_from_body;
   reference_from_given_ = reference_from_world * world_from_given_;
-  scale_ = map.scale();
+  units_ = map.units();
 }
 
 SE3 Tracker::predict(Timestamp time) {
@@ -129,7 +129,7 @@ AnchoredPose Tracker::anchor(const Map& map, const Frame& frame, KeyframeId refe
           map.id(),
           reference,
           world_from_reference.inverse() * frame.world_from_body,
-          map.scale()};
+          map.units()};
 }
 
 void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result) {
@@ -164,7 +164,7 @@ void Tracker::give(const Frame& frame, const Map& map, TrackingResult& result) {
   result.anchored = anchor(map, frame, reference_);
   result.metric = !inertial_ || map.inertial().aligned;
   reference_from_given_ = result.anchored.reference_from_body;
-  scale_ = map.scale();
+  units_ = map.units();
 }
 
 void Tracker::lose(const Frame& frame, TrackingResult& result) {
@@ -190,6 +190,14 @@ bool Tracker::may_begin_map(const Map* map, Timestamp now) const {
   return seconds_between(lost_since_, now) >= (young ? options_.max_lost_young : options_.max_lost);
 }
 
+// The pose of a tracked frame in its map as it is by now: mapping may have moved it meanwhile.
+SE3 Tracker::pose_in(const Map& map, const Frame& frame, const TrackingResult& result) const {
+  if (map.epoch() == result.epoch) return frame.world_from_body;
+  const AnchoredPose& pose = result.anchored;
+  return map.world_from_any(pose.reference) *
+         map.rescale_relative(pose.reference_from_body, pose.units);
+}
+
 void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult& result) {
   const double near = near_depth(*rig_, options_.stereo);
   KeyframeEvidence evidence = gather_keyframe_evidence(map, frame, reference_, near);
@@ -204,7 +212,9 @@ void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult
     for (const auto& [landmark, counts] : sightings_) {
       working.count_sighting(landmark, counts.first, counts.second);
     }
-    const KeyframeId keyframe = insert_keyframe(working, frame, options_.stereo);
+    Frame placed = frame;
+    placed.world_from_body = pose_in(working, frame, result);
+    const KeyframeId keyframe = insert_keyframe(working, std::move(placed), options_.stereo);
     enter_inertia(working, keyframe);
     return keyframe;
   });
@@ -213,7 +223,7 @@ void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult
   const auto view = map_->view();
   reference_ = result.new_keyframe;
   reference_from_last_ = reference_from_given_ = SE3();
-  result.anchored = anchor(*view, frame, reference_);
+  result.anchored = anchor(*view, view->at(reference_).frame, reference_);
   last_->observations = view->at(reference_).frame.observations;
 }
 

@@ -57,6 +57,8 @@ class Tracker {
   // Inertial modes: readings, in order, up to the first one at or after each frame's time. False:
   // left out, as it is out of order or not finite.
   bool add_imu(const ImuSample& sample) { return inertial_->add(sample); }
+  // ns that the map has found these readings' stamps to be too late by.
+  Timestamp imu_time_offset() const { return inertial_ ? inertial_->time_offset() : 0; }
   TrackingResult track(Frame frame);
   // A frame whose image shows nothing new (the camera repeated itself): inertial data carry on, or
   // it is left out.
@@ -106,6 +108,9 @@ class Tracker {
   void correct_gap(const Map& map, TrackingResult& result);
   void enter_inertia(Map& map, KeyframeId keyframe) const;
   void forget_samples(Timestamp now);
+  void follow(const Map& map);
+  void take_calibration(const Map& map);
+  SE3 pose_in(const Map& map, const Frame& frame, const TrackingResult& result) const;
   std::vector<TemporaryPoint> search_temporary(const FeatureGrid& grid, double radius,
                                                const Frame& frame) const;
   AnchoredPose anchor(const Map& map, const Frame& frame, KeyframeId reference) const;
@@ -129,7 +134,7 @@ class Tracker {
   SE3 reference_from_last_;
   SE3 reference_from_given_;  // the pose given last: tracked or, after that, dead reckoned
   SE3 world_from_given_;      // the same, in the map as it is now
-  double scale_ = 1;          // of the map then
+  MapUnits units_;            // of the map then
   SE3 predicted_;             // pose of the frame under way
   Vector6d velocity_ = Vector6d::Zero();  // per second, body frame
   bool velocity_known_ = false;

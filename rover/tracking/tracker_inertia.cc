@@ -99,7 +99,7 @@ TrackingResult Tracker::skip(FrameId id, Timestamp time) {
   result.state = state_;
   if (state_ == TrackingState::kOk || state_ == TrackingState::kDeadReckoning) {
     const auto view = map_->view();
-    inertial_->follow(*view);
+    follow(*view);
     rebase(*view);
     predicted_ = predict(time);
     if (dead_reckon(*view, frame, result)) return result;
@@ -169,16 +169,34 @@ void Tracker::correct_gap(const Map& map, TrackingResult& result) {
     pose.reference = first ? map.standing(pose.reference) : reference_;
     pose.reference_from_body =
         map.at(pose.reference).world_from_body().inverse() * found->state.world_from_body;
-    pose.scale = map.scale();
+    pose.units = map.units();
     result.corrected.push_back(pose);
   }
   reckoned_.clear();
 }
 
+// Looks at the map as it is when a frame comes.
+void Tracker::follow(const Map& map) {
+  take_calibration(map);
+  inertial_->follow(map);
+}
+
+// A calibration that mapping has found holds for what comes: readings, frames, and maps.
+void Tracker::take_calibration(const Map& map) {
+  const Timestamp offset = map.calibration().time_offset;
+  if (offset == inertial_->time_offset() && map.shared_rig() == rig_) return;
+  inertial_->set_time_offset(offset);
+  rig_ = map.shared_rig();
+  initializer_.set_rig(rig_);
+  atlas_->set_calibration(rig_, map.calibration());
+}
+
 // A new keyframe is linked to the one before, and knows what tracking knows of the state.
 void Tracker::enter_inertia(Map& map, KeyframeId id) const {
   if (!inertial_) return;
+  inertial_->set_time_offset(map.calibration().time_offset);  // which may be new
   const Keyframe& keyframe = map.at(id);
+  map.set_readings_after(inertial_->samples_after(keyframe.frame.time));
   if (keyframe.previous.valid()) {
     const Keyframe& previous = map.at(keyframe.previous);
     map.set_motion(id, inertial_->motion(previous.frame.time, keyframe.frame.time, previous.bias));

@@ -54,7 +54,7 @@ void Tracker::begin_mono_map(Frame frame, TrackingResult& result) {
   map_ = trial;
   const auto view = map_->view();
   const KeyframeId origin = (*view->keyframes().begin()).id;
-  result.earlier.push_back({first.id, first.time, view->id(), origin, SE3(), view->scale()});
+  result.earlier.push_back({first.id, first.time, view->id(), origin, SE3(), view->units()});
   reference_ = keyframe;
   state_ = TrackingState::kWaiting;
   sightings_.clear();

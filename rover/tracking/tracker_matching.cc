@@ -41,6 +41,7 @@ std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid, d
   if (!last_->stereo) return points;
   const Camera& camera = rig_->cameras[0];
   const SE3 camera_from_world = (frame.world_from_body * rig_->body_from_camera[0]).inverse();
+  const SE3 world_from_last = last_->world_from_body * rig_->body_from_camera[0];
   const double near = near_depth(*rig_, options_.stereo);
   std::vector<GuidedQuery> queries;
   for (int i = 0; i < last_->size(); ++i) {
@@ -48,7 +49,7 @@ std::vector<TemporaryPoint> Tracker::search_temporary(const FeatureGrid& grid, d
     if (!stereo || (*last_)[i].landmark.valid() || !is_near(*stereo, near, options_.stereo)) {
       continue;
     }
-    const Eigen::Vector3d point = last_->world_from_body * stereo->point.cast<double>();
+    const Eigen::Vector3d point = world_from_last * stereo->point.cast<double>();
     const auto pixel = camera.project(camera_from_world * point);
     if (!pixel || !camera.contains(*pixel)) continue;
     queries.push_back({pixel->cast<float>(), static_cast<float>(radius * pixel_scale_),
@@ -73,11 +74,12 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
   const auto matches =
       match_known(*family_.matcher, *last_, frame, options_.relocalization.matched_share);
   transfer_landmarks(*last_, matches, frame);
+  const SE3 world_from_last = last_->world_from_body * rig_->body_from_camera[0];
   std::vector<TemporaryPoint> temporary;
   for (const Match& match : matches) {
     const StereoObservation* stereo = last_->stereo_of(match.a);
     if (!stereo || frame[match.b].landmark.valid()) continue;
-    temporary.push_back({last_->world_from_body * stereo->point.cast<double>(), match.b});
+    temporary.push_back({world_from_last * stereo->point.cast<double>(), match.b});
   }
   const FramePose solved = solve_pose(map, frame, temporary);
   return solved.estimate.converged && solved.landmarks + solved.temporary >= needed_inliers();

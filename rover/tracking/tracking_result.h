@@ -8,6 +8,7 @@
 #include "rover/base/timestamp.h"
 #include "rover/geometry/se3.h"
 #include "rover/imu/inertial_state.h"
+#include "rover/map/map.h"
 
 namespace rover {
 
@@ -23,7 +24,7 @@ struct AnchoredPose {
   MapId map;
   KeyframeId reference;
   SE3 reference_from_body;
-  double scale = 1;  // of the map when it was anchored: see Map::scale
+  MapUnits units;  // of the map when it was anchored
 };
 
 // A time without vision that inertial data bridged, at its end.

@@ -176,8 +176,8 @@ InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe
   align(trial, chain, result);
   InertialMapProblem problem = gather_newest(trial, options_.max_refined, weighting_);
   const InertialMapProblem before = problem;
-  const auto summary = adjust_inertial_bundle(problem.inertial,
-                                              {.bundle = options_.adjustment, .scale_sigma = true});
+  const auto summary = adjust_inertial_bundle(
+      problem.inertial, {.bundle = options_.adjustment, .covariance = true, .scale_sigma = true});
   if (!is_plausible(problem, summary) ||
       is_bent(summary, adjust_without_inertia(before, options_.adjustment))) {
     return {InertialEvent::kNone, summary.scale_sigma,
@@ -230,8 +230,8 @@ bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
 InertialReport InertialMapper::refine(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
   InertialMapProblem problem = gather_newest(*view, options_.max_refined, weighting_);
-  const auto summary = adjust_inertial_bundle(problem.inertial,
-                                              {.bundle = options_.adjustment, .scale_sigma = true});
+  const auto summary = adjust_inertial_bundle(
+      problem.inertial, {.bundle = options_.adjustment, .covariance = true, .scale_sigma = true});
   InertialStatus status = view->inertial();
   status.refined = view->at(keyframe).frame.time;
   status.refinements += 1;

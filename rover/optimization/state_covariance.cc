@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rover/optimization/drift.h"
+#include "rover/optimization/map_error.h"
 
 namespace rover {
 namespace {
@@ -12,7 +13,7 @@ constexpr double kRevisit = 2;
 
 // What the fixed states of a window have drifted in the mean, and how old they are.
 struct Ties {
-  Eigen::Matrix4d drift = Eigen::Matrix4d::Zero();
+  Matrix7d drift = Matrix7d::Zero();
   double anchor = 0;
 };
 
@@ -52,33 +53,147 @@ std::size_t newest_free(const InertialMapProblem& problem) {
   return newest;
 }
 
-void keep_newest(Map& map, const InertialMapProblem& problem, const Matrix15d& covariance) {
-  const Keyframe* newest = map.find(problem.map.keyframes[newest_free(problem)]);
+using Matrix7x3d = Eigen::Matrix<double, 7, 3>;
+
+// Given the drift of what the window held fixed.
+StateCovariance in_window(const InertialState& state, const InertialBundleSummary& summary,
+                          const Ties& ties) {
+  StateCovariance known;
+  known.mean = state;
+  known.given_map = *summary.state_covariance;
+  known.response = summary.state_response + upright(state);
+  known.map_error = map_error_of(ties.drift);
+  const Matrix7d by_pose = similarity_by_pose(state.world_from_body);
+  Matrix7d own = Matrix7d::Zero();
+  own.topLeftCorner<6, 6>() = known.given_map.topLeftCorner<6, 6>();
+  const Matrix7x3d response = by_pose.leftCols<6>() * summary.state_response.topRows<6>();
+  Matrix7d handed = Matrix7d::Identity();
+  for (int k = 0; k < 3; ++k) handed.col(k == 2 ? 6 : 3 + k) += response.col(k);
+  known.drift = by_pose * own * by_pose.transpose() + handed * ties.drift * handed.transpose();
+  known.anchor = ties.anchor;
+  return known;
+}
+
+// The covariance of what is known to one and, independently, by information.
+Matrix6d both(const Matrix6d& covariance, const Matrix6d& information) {
+  const Matrix6d product = Matrix6d::Identity() + information * covariance;
+  const Matrix6d result = product.transpose().partialPivLu().solve(covariance);
+  return 0.5 * (result + result.transpose());
+}
+
+// Where nothing was fixed, a state's own tilt and the scale are the map's error; of velocity and
+// biases the part that goes with it is told from the rest by regression on pose and scale. What is
+// seen tells the pose from the map around it.
+StateCovariance by_itself(const InertialMapProblem& problem, const InertialBundleSummary& summary,
+                          std::size_t pose, const Matrix15d& covariance) {
+  const InertialState state = problem.inertial.state(static_cast<int>(pose));
+  const bool is_metric = problem.inertial.bundle.rig.size() > 1;
+  const Vector15d with_scale = is_metric ? Vector15d::Zero() : summary.with_scale[pose];
+  const double scale_sigma = is_metric ? 0 : summary.scale_sigma;
+  Matrix7d own = Matrix7d::Zero();
+  own.topLeftCorner<6, 6>() = covariance.topLeftCorner<6, 6>();
+  own.topRightCorner<6, 1>() = with_scale.head<6>();
+  own.bottomLeftCorner<1, 6>() = with_scale.head<6>().transpose();
+  own(6, 6) = std::max(scale_sigma * scale_sigma, 1e-12);
+  Eigen::Matrix<double, 9, 7> with_own;
+  with_own << covariance.bottomLeftCorner<9, 6>(), with_scale.tail<9>();
+  const Eigen::Matrix<double, 9, 7> by_own = own.ldlt().solve(with_own.transpose()).transpose();
+  const Matrix6d in_map = both(own.topLeftCorner<6, 6>(), summary.seen[pose]);
+  Eigen::Matrix<double, 15, 6> by_pose;
+  by_pose << Matrix6d::Identity(), by_own.leftCols<6>();
+  StateCovariance known;
+  known.mean = state;
+  known.given_map = by_pose * in_map * by_pose.transpose();
+  known.given_map.bottomRightCorner<9, 9>() +=
+      covariance.bottomRightCorner<9, 9>() - by_own * with_own.transpose();
+  known.response = upright(state);
+  Matrix7x3d own_by_error = Matrix7x3d::Zero();
+  own_by_error.topRows<6>() = known.response.topRows<6>();
+  own_by_error(6, 2) = 1;
+  known.response.bottomRows<9>() = by_own * own_by_error;
+  const Matrix7d similarity = similarity_by_pose(state.world_from_body);
+  known.drift = similarity * own * similarity.transpose();
+  own.topLeftCorner<6, 6>() -= in_map;
+  known.map_error = map_error_of(similarity * own * similarity.transpose());
+  return known;
+}
+
+// Position and yaw drift no less than they did at the keyframe before.
+void keep_drift(const StateCovariance& previous, StateCovariance& known) {
+  if (known.anchor <= previous.anchor - kRevisit) return;
+  known.anchor = std::max(known.anchor, previous.anchor);
+  const auto drift_of = [](const StateCovariance& of) {
+    return drift_at(of.mean.world_from_body.translation, of.drift);
+  };
+  const Eigen::Matrix4d drift = drift_of(known);
+  const Eigen::Matrix4d more = at_least(drift, drift_of(previous)) - drift;
+  constexpr int kAt[] = {0, 1, 2, 5};
+  known.drift(kAt, kAt) += more;
+}
+
+void set(Map& map, KeyframeId id, const StateCovariance& known) {
+  map.set_covariance(id, std::make_shared<const StateCovariance>(known));
+}
+
+void keep_newest(Map& map, const InertialMapProblem& problem,
+                 const InertialBundleSummary& summary) {
+  const std::size_t pose = newest_free(problem);
+  const Keyframe* newest = map.find(problem.map.keyframes[pose]);
   if (!newest) return;
-  Ties ties = ties_of(map, problem);
-  Eigen::Matrix4d drift =
-      ties.drift + drift_of(newest->world_from_body(), covariance.topLeftCorner<6, 6>());
+  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
+  if (is_free && summary.with_scale.empty()) return;
+  StateCovariance known = is_free ? by_itself(problem, summary, pose, *summary.state_covariance)
+                                  : in_window(problem.inertial.state(static_cast<int>(pose)),
+                                              summary, ties_of(map, problem));
   const Keyframe* previous = map.find(newest->previous);
-  if (previous && previous->covariance && ties.anchor > previous->covariance->anchor - kRevisit) {
-    ties.anchor = std::max(ties.anchor, previous->covariance->anchor);
-    drift = at_least(previous->covariance->drift, drift);
+  if (previous && previous->covariance) keep_drift(*previous->covariance, known);
+  set(map, newest->id, known);
+}
+
+void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleSummary& summary) {
+  for (std::size_t i = 0; i < summary.covariance.size(); ++i) {
+    const Keyframe* keyframe = map.find(problem.map.keyframes[i]);
+    if (!keyframe || problem.inertial.bundle.pose_fixed[i]) continue;
+    StateCovariance known = by_itself(problem, summary, i, summary.covariance[i]);
+    const bool is_newest = i == newest_free(problem);
+    if (keyframe->covariance && !is_newest) {
+      const Matrix7d drift = known.drift;
+      known = *keyframe->covariance;
+      known.drift = drift;
+      known.anchor = 0;
+    }
+    set(map, keyframe->id, known);
   }
-  map.set_covariance(newest->id, std::make_shared<const StateCovariance>(
-                                     StateCovariance{covariance, drift, ties.anchor}));
 }
 
 }  // namespace
 
 void keep_covariances(Map& map, const InertialMapProblem& problem,
                       const InertialBundleSummary& summary) {
-  for (std::size_t i = 0; i < summary.covariance.size(); ++i) {
-    const Matrix15d& covariance = summary.covariance[i];
-    const Eigen::Matrix4d drift =
-        drift_of(problem.inertial.bundle.world_from_body[i], covariance.topLeftCorner<6, 6>());
-    map.set_covariance(problem.map.keyframes[i], std::make_shared<const StateCovariance>(
-                                                     StateCovariance{covariance, drift, 0}));
-  }
-  if (summary.state_covariance) keep_newest(map, problem, *summary.state_covariance);
+  if (!summary.with_scale.empty()) keep_all(map, problem, summary);
+  if (summary.state_covariance) keep_newest(map, problem, summary);
+}
+
+// In the covariance's tangent. Position and yaw are the map's own; the pose has been adjusted
+// since, and the velocity has turned with it.
+std::optional<StatePrior> prior_of(const Keyframe& keyframe) {
+  if (!keyframe.covariance) return std::nullopt;
+  const StateCovariance& known = *keyframe.covariance;
+  StatePrior prior;
+  prior.mean = known.mean;
+  const Eigen::Quaterniond since =
+      keyframe.world_from_body().rotation * known.mean.world_from_body.rotation.conjugate();
+  const Eigen::Quaterniond yaw = so3_exp({0, 0, so3_log(since).z()});
+  prior.mean.world_from_body.rotation = yaw * known.mean.world_from_body.rotation;
+  prior.mean.world_from_body.translation = keyframe.world_from_body().translation;
+  prior.mean.velocity = yaw * known.mean.velocity;
+  Eigen::Matrix<double, 11, 15> picked = Eigen::Matrix<double, 11, 15>::Zero();
+  picked.block<2, 3>(0, 3) = known.mean.world_from_body.rotation_matrix().topRows<2>();
+  picked.bottomRightCorner<9, 9>().setIdentity();
+  const Eigen::MatrixXd information = inverse_of(picked * known.covariance() * picked.transpose());
+  if (information.rows() == 0) return std::nullopt;
+  prior.information = picked.transpose() * information * picked;
+  return prior;
 }
 
 }  // namespace rover

@@ -231,6 +231,10 @@ void Map::move(KeyframeId id, const Sim3& new_world_from_world) {
       body_from_camera.inverse();
   keyframe.velocity =
       new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
+  if (!keyframe.covariance || new_world_from_world.scale == 1) return;
+  StateCovariance known = *keyframe.covariance;  // its mean turns with the pose: see prior_of
+  known.mean.velocity *= new_world_from_world.scale;
+  keyframe.covariance = std::make_shared<const StateCovariance>(known);
 }
 
 void Map::move(LandmarkId id, const Sim3& new_world_from_world) {

@@ -148,7 +148,7 @@ void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
     if (visual.bundle.pose_fixed[i] && static_cast<int>(i) != problem.inertial.border) continue;
     map.set_velocity(visual.keyframes[i], problem.inertial.velocity[i], problem.inertial.bias[i]);
   }
-  keep_covariances(map, problem, summary);
+  keep_covariances(map, problem, summary, scale);
 }
 
 double scale_change(const MapProblem& problem) {

@@ -11,6 +11,9 @@ namespace {
 // s: ties wander by less as keyframes are culled.
 constexpr double kRevisit = 2;
 
+// Of a similarity.
+constexpr int kPositionAndYaw[] = {0, 1, 2, 5};
+
 // What the fixed states of a window have drifted in the mean, and how old they are.
 struct Ties {
   Matrix7d drift = Matrix7d::Zero();
@@ -81,41 +84,59 @@ Matrix6d both(const Matrix6d& covariance, const Matrix6d& information) {
   return 0.5 * (result + result.transpose());
 }
 
-// Where nothing was fixed, a state's own tilt and the scale are the map's error; of velocity and
-// biases the part that goes with it is told from the rest by regression on pose and scale. What is
-// seen tells the pose from the map around it.
-StateCovariance by_itself(const InertialMapProblem& problem, const InertialBundleSummary& summary,
-                          std::size_t pose, const Matrix15d& covariance) {
-  const InertialState state = problem.inertial.state(static_cast<int>(pose));
-  const bool is_metric = problem.inertial.bundle.rig.size() > 1;
+// Of a state where nothing was fixed: how its pose and the map's scale are known, and the rest with
+// them. Stereo has no scale to err by.
+struct Free {
+  Matrix7d own = Matrix7d::Zero();
+  Eigen::Matrix<double, 9, 7> rest_with_own;
+  Matrix9d rest;
+};
+
+Free free_of(const InertialBundleSummary& summary, std::size_t pose, const Matrix15d& covariance,
+             bool is_metric) {
   const Vector15d with_scale = is_metric ? Vector15d::Zero() : summary.with_scale[pose];
   const double scale_sigma = is_metric ? 0 : summary.scale_sigma;
-  Matrix7d own = Matrix7d::Zero();
-  own.topLeftCorner<6, 6>() = covariance.topLeftCorner<6, 6>();
-  own.topRightCorner<6, 1>() = with_scale.head<6>();
-  own.bottomLeftCorner<1, 6>() = with_scale.head<6>().transpose();
-  own(6, 6) = std::max(scale_sigma * scale_sigma, 1e-12);
-  Eigen::Matrix<double, 9, 7> with_own;
-  with_own << covariance.bottomLeftCorner<9, 6>(), with_scale.tail<9>();
-  const Eigen::Matrix<double, 9, 7> by_own = own.ldlt().solve(with_own.transpose()).transpose();
-  const Matrix6d in_map = both(own.topLeftCorner<6, 6>(), summary.seen[pose]);
+  Free free;
+  free.own.topLeftCorner<6, 6>() = covariance.topLeftCorner<6, 6>();
+  free.own.topRightCorner<6, 1>() = with_scale.head<6>();
+  free.own.bottomLeftCorner<1, 6>() = with_scale.head<6>().transpose();
+  free.own(6, 6) = std::max(scale_sigma * scale_sigma, 1e-12);
+  free.rest_with_own << covariance.bottomLeftCorner<9, 6>(), with_scale.tail<9>();
+  free.rest = covariance.bottomRightCorner<9, 9>();
+  return free;
+}
+
+// Where nothing was fixed, a state's own tilt and the scale are the map's error; velocity and
+// biases err with them, and with the pose, as regression says. `seen` is what tells the pose from
+// the map.
+StateCovariance by_itself(const InertialState& state, const Free& free, const Matrix6d& seen) {
+  const Eigen::Matrix<double, 9, 7> by_own =
+      free.own.ldlt().solve(free.rest_with_own.transpose()).transpose();
+  const Matrix6d in_map = both(free.own.topLeftCorner<6, 6>(), seen);
   Eigen::Matrix<double, 15, 6> by_pose;
   by_pose << Matrix6d::Identity(), by_own.leftCols<6>();
   StateCovariance known;
   known.mean = state;
   known.given_map = by_pose * in_map * by_pose.transpose();
-  known.given_map.bottomRightCorner<9, 9>() +=
-      covariance.bottomRightCorner<9, 9>() - by_own * with_own.transpose();
+  known.given_map.bottomRightCorner<9, 9>() += free.rest - by_own * free.rest_with_own.transpose();
   known.response = upright(state);
   Matrix7x3d own_by_error = Matrix7x3d::Zero();
   own_by_error.topRows<6>() = known.response.topRows<6>();
   own_by_error(6, 2) = 1;
   known.response.bottomRows<9>() = by_own * own_by_error;
   const Matrix7d similarity = similarity_by_pose(state.world_from_body);
-  known.drift = similarity * own * similarity.transpose();
-  own.topLeftCorner<6, 6>() -= in_map;
-  known.map_error = map_error_of(similarity * own * similarity.transpose());
+  known.drift = similarity * free.own * similarity.transpose();
+  Matrix7d around = free.own;
+  around.topLeftCorner<6, 6>() -= in_map;
+  known.map_error = map_error_of(similarity * around * similarity.transpose());
   return known;
+}
+
+StateCovariance by_itself(const InertialMapProblem& problem, const InertialBundleSummary& summary,
+                          std::size_t pose, const Matrix15d& covariance) {
+  const bool is_metric = problem.inertial.bundle.rig.size() > 1;
+  return by_itself(problem.inertial.state(static_cast<int>(pose)),
+                   free_of(summary, pose, covariance, is_metric), summary.seen[pose]);
 }
 
 // Position and yaw drift no less than they did at the keyframe before.
@@ -127,8 +148,7 @@ void keep_drift(const StateCovariance& previous, StateCovariance& known) {
   };
   const Eigen::Matrix4d drift = drift_of(known);
   const Eigen::Matrix4d more = at_least(drift, drift_of(previous)) - drift;
-  constexpr int kAt[] = {0, 1, 2, 5};
-  known.drift(kAt, kAt) += more;
+  known.drift(kPositionAndYaw, kPositionAndYaw) += more;
 }
 
 void set(Map& map, KeyframeId id, const StateCovariance& known) {
@@ -150,18 +170,29 @@ void keep_newest(Map& map, const InertialMapProblem& problem,
   set(map, newest->id, known);
 }
 
-void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleSummary& summary) {
+// What the first of the states, which held position and yaw of the others, had drifted before.
+Matrix7d drift_before(const Map& map, const InertialMapProblem& problem) {
+  Matrix7d before = Matrix7d::Zero();
+  const Keyframe* first = map.find(problem.map.keyframes.front());
+  if (!first || !first->previous.valid() || !first->covariance) return before;
+  before(kPositionAndYaw, kPositionAndYaw) =
+      first->covariance->drift(kPositionAndYaw, kPositionAndYaw);
+  return before;
+}
+
+void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleSummary& summary,
+              double scale) {
+  const Matrix7d before = drift_before(map, problem);
   for (std::size_t i = 0; i < summary.covariance.size(); ++i) {
     const Keyframe* keyframe = map.find(problem.map.keyframes[i]);
-    if (!keyframe || problem.inertial.bundle.pose_fixed[i]) continue;
-    StateCovariance known = by_itself(problem, summary, i, summary.covariance[i]);
+    if (!keyframe) continue;
+    StateCovariance now = by_itself(problem, summary, i, summary.covariance[i]);
+    now.drift += before;
     const bool is_newest = i == newest_free(problem);
-    if (keyframe->covariance && !is_newest) {
-      const Matrix7d drift = known.drift;
-      known = *keyframe->covariance;
-      known.drift = drift;
-      known.anchor = 0;
-    }
+    StateCovariance known = keyframe->covariance && !is_newest ? *keyframe->covariance : now;
+    if (keyframe->covariance && !is_newest) known.mean.velocity *= scale;
+    known.drift = now.drift;
+    known.anchor = 0;
     set(map, keyframe->id, known);
   }
 }
@@ -169,8 +200,9 @@ void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleS
 }  // namespace
 
 void keep_covariances(Map& map, const InertialMapProblem& problem,
-                      const InertialBundleSummary& summary) {
-  if (!summary.with_scale.empty()) keep_all(map, problem, summary);
+                      const InertialBundleSummary& summary, double scale) {
+  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
+  if (is_free && !summary.with_scale.empty()) keep_all(map, problem, summary, scale);
   if (summary.state_covariance) keep_newest(map, problem, summary);
 }
 

@@ -13,9 +13,10 @@ namespace rover {
 // before, unless the window is tied to keyframes that are seconds older than that one's: a revisit.
 //
 // That of all states tells the drift of each anew. What a state was known to when it was the newest
-// is kept, where that is known: it is the prior of windows that begin there.
+// is kept, where that is known: it is the prior of windows that begin there. By `scale` the unit of
+// length has changed.
 void keep_covariances(Map& map, const InertialMapProblem& problem,
-                      const InertialBundleSummary& summary);
+                      const InertialBundleSummary& summary, double scale);
 
 // What is known of a keyframe's tilt, velocity and biases from before it; nothing where nothing is.
 std::optional<StatePrior> prior_of(const Keyframe& keyframe);

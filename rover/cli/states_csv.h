@@ -12,7 +12,7 @@ namespace rover {
 struct StateRecord {
   Timestamp time = 0;
   InertialState state;
-  Matrix15d covariance;   // conditional on the map
+  Matrix15d covariance;   // given position and yaw of the map
   Eigen::Matrix4d drift;  // of the map there: see drift.h
 };
 

@@ -10,6 +10,7 @@ using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector15d = Eigen::Matrix<double, 15, 1>;
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
+using Matrix15x3d = Eigen::Matrix<double, 15, 3>;
 
 // What the sensor reads too much: measured = true + bias + noise, in the sensor's frame.
 struct ImuBias {

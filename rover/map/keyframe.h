@@ -3,17 +3,23 @@
 #include <memory>
 #include <vector>
 
+#include "rover/geometry/sim3.h"
 #include "rover/imu/preintegration.h"
 #include "rover/map/frame.h"
 
 namespace rover {
 
-// How well a keyframe's state was known when it was the newest one (or when the whole map was
-// adjusted).
+// How well a keyframe's state was known when it was the newest one: from what came before it alone.
 struct StateCovariance {
-  Matrix15d state;        // given what its adjustment held fixed
-  Eigen::Matrix4d drift;  // of its surroundings since the map began: see drift.h
-  double anchor = 0;      // s since the map began: how old what it was tied to is, in the mean
+  InertialState mean;         // as it was estimated then
+  Matrix15d given_map;        // its covariance, were the map around it exact
+  Matrix15x3d response;       // how it errs with the map's tilt and scale (map_error.h), upright
+  Eigen::Matrix3d map_error;  // the covariance of these
+  Matrix7d drift;     // of its surroundings since the map began, as known today: see drift.h
+  double anchor = 0;  // s since the map began: how old what it was tied to is, in the mean
+
+  // Given position and yaw of the map around it alone.
+  Matrix15d covariance() const { return given_map + response * map_error * response.transpose(); }
 };
 
 // A frame that the map keeps.

@@ -38,12 +38,13 @@ struct RetiredKeyframe {
 
 // What inertial data have made of a map.
 struct InertialStatus {
-  bool aligned = false;    // gravity, velocities and biases are known, and the scale is metric
-  Timestamp begin = 0;     // of the keyframe at which it was aligned
-  Timestamp refined = 0;   // of the keyframe at which the whole map was last adjusted
-  int refinements = 0;     // adjustments of the whole map since it was aligned
-  double scale_sigma = 0;  // relative, posterior standard deviation
-  Timestamp undone = 0;    // of the keyframe at which an alignment turned out wrong; 0: none did
+  bool aligned = false;        // gravity, velocities and biases are known, and the scale is metric
+  Timestamp begin = 0;         // of the keyframe at which it was aligned
+  Timestamp refined = 0;       // of the keyframe at which the whole map was last adjusted
+  int refinements = 0;         // adjustments of the whole map since it was aligned
+  double scale_sigma = 0;      // relative, posterior standard deviation
+  bool scale_settled = false;  // that is as small as is wanted; or the rig tells the scale
+  Timestamp undone = 0;  // of the keyframe at which an alignment turned out wrong; 0: none did
 };
 
 // What is known of how the cameras stand to the inertial sensor, where that is estimated: see

@@ -63,7 +63,10 @@ void Map::move(KeyframeId id, const Sim3& new_world_from_world) {
       body_from_camera.inverse();
   keyframe.velocity =
       new_world_from_world.scale * (new_world_from_world.rotation * keyframe.velocity);
-  keyframe.covariance.reset();
+  if (!keyframe.covariance || new_world_from_world.scale == 1) return;
+  StateCovariance known = *keyframe.covariance;  // its mean turns with the pose: see prior_of
+  known.mean.velocity *= new_world_from_world.scale;
+  keyframe.covariance = std::make_shared<const StateCovariance>(known);
 }
 
 void Map::move(LandmarkId id, const Sim3& new_world_from_world) {
@@ -75,7 +78,10 @@ void Map::move(LandmarkId id, const Sim3& new_world_from_world) {
 void Map::transform(const Sim3& new_world_from_world) {
   std::vector<KeyframeId> keyframes;
   for (const Keyframe& keyframe : keyframes_) keyframes.push_back(keyframe.id);
-  for (const KeyframeId id : keyframes) move(id, new_world_from_world);
+  for (const KeyframeId id : keyframes) {
+    move(id, new_world_from_world);
+    set_covariance(id, nullptr);
+  }
   std::vector<LandmarkId> landmarks;
   for (const Landmark& landmark : landmarks_) landmarks.push_back(landmark.id);
   for (const LandmarkId id : landmarks) move(id, new_world_from_world);

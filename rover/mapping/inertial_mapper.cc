@@ -142,8 +142,9 @@ InertialMapper::Trial InertialMapper::try_alignment(Map map,
   align(map, chain, trial.alignment);
   trial.problem = gather_newest(map, options_.max_refined, weighting_);
   const InertialMapProblem before = trial.problem;
-  trial.summary = adjust_inertial_bundle(trial.problem.inertial,
-                                         {.bundle = options_.adjustment, .scale_sigma = true});
+  trial.summary = adjust_inertial_bundle(
+      trial.problem.inertial,
+      {.bundle = options_.adjustment, .covariance = true, .scale_sigma = true});
   trial.scale_sigma = trial.summary.scale_sigma;
   const bool is_metric = map.rig().size() > 1;
   if (!is_plausible(trial.problem, trial.summary) ||
@@ -174,6 +175,7 @@ InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe
                       .begin = now,
                       .refined = now,
                       .scale_sigma = trial.scale_sigma,
+                      .scale_settled = is_settled(map, trial.scale_sigma),
                       .undone = map.inertial().undone});
   });
   return {InertialEvent::kInitialized, trial.scale_sigma, ""};
@@ -182,6 +184,10 @@ InertialReport InertialMapper::initialize(SharedMap& shared, KeyframeId keyframe
 // Zero: not determined at all.
 bool InertialMapper::is_certain(double scale_sigma) const {
   return scale_sigma > 0 && scale_sigma <= options_.initialization.max_scale_sigma;
+}
+
+bool InertialMapper::is_settled(const Map& map, double scale_sigma) const {
+  return map.rig().size() > 1 || (scale_sigma > 0 && scale_sigma < options_.scale_sigma);
 }
 
 bool InertialMapper::is_plausible(const InertialMapProblem& problem,
@@ -207,7 +213,7 @@ bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
   const double wait =
       std::clamp(kGrowth * last, options_.soonest_refinement,
                  std::max(options_.soonest_refinement, options_.refinement_interval));
-  return status.scale_sigma >= options_.scale_sigma && age - last >= wait;
+  return !status.scale_settled && age - last >= wait;
 }
 
 // All states are free, so that scale and gravity can still move: an adjustment of the window could
@@ -215,12 +221,13 @@ bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
 InertialReport InertialMapper::refine(SharedMap& shared, KeyframeId keyframe) const {
   const auto view = shared.view();
   InertialMapProblem problem = gather_newest(*view, options_.max_refined, weighting_);
-  const auto summary = adjust_inertial_bundle(problem.inertial,
-                                              {.bundle = options_.adjustment, .scale_sigma = true});
+  const auto summary = adjust_inertial_bundle(
+      problem.inertial, {.bundle = options_.adjustment, .covariance = true, .scale_sigma = true});
   InertialStatus status = view->inertial();
   status.refined = view->at(keyframe).frame.time;
   status.refinements += 1;
   if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
+  status.scale_settled = is_settled(*view, status.scale_sigma);
   shared.commit([&](Map& map) {
     commit_inertial_adjustment(map, problem, summary);
     map.set_inertial(status);

@@ -88,6 +88,7 @@ class InertialMapper {
   bool is_on_trial(const Map& map, KeyframeId keyframe) const;
   bool is_plausible(const InertialMapProblem& problem, const InertialBundleSummary& summary) const;
   bool is_certain(double scale_sigma) const;
+  bool is_settled(const Map& map, double scale_sigma) const;
   bool is_bent(const InertialBundleSummary& summary, const BundleSummary& visual) const;
 
   InertialMapperOptions options_;

@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "rover/geometry/so3.h"
+
 namespace rover {
 namespace {
 
@@ -28,6 +30,32 @@ Matrix6d with_drift(const SE3& world_from_body, const Matrix6d& covariance,
   by_drift.topRightCorner<3, 1>() = inverse * kUp.cross(world_from_body.translation);
   by_drift.bottomRightCorner<3, 1>() = inverse * kUp;
   return covariance + by_drift * drift * by_drift.transpose();
+}
+
+Eigen::Matrix4d drift_at(const Eigen::Vector3d& position, const Matrix7d& similarity) {
+  Eigen::Matrix<double, 4, 7> by_similarity = Eigen::Matrix<double, 4, 7>::Zero();
+  by_similarity.topLeftCorner<3, 3>().setIdentity();
+  by_similarity.block<3, 2>(0, 3) = -skew(position).leftCols<2>();
+  by_similarity.block<3, 1>(0, 6) = position;
+  by_similarity(3, 5) = 1;
+  return by_similarity * similarity * by_similarity.transpose();
+}
+
+// The position moves by t + w x p + s p.
+Matrix7d similarity_by_pose(const SE3& world_from_body) {
+  const Eigen::Matrix3d rotation = world_from_body.rotation_matrix();
+  Matrix7d by_pose = Matrix7d::Zero();
+  by_pose.block<3, 3>(0, 0) = rotation;
+  by_pose.block<3, 3>(0, 3) = skew(world_from_body.translation) * rotation;
+  by_pose.block<3, 1>(0, 6) = -world_from_body.translation;
+  by_pose.block<3, 3>(3, 3) = rotation;
+  by_pose(6, 6) = 1;
+  return by_pose;
+}
+
+Eigen::Matrix3d map_error_of(const Matrix7d& similarity) {
+  constexpr int kAt[] = {3, 4, 6};
+  return similarity(kAt, kAt);
 }
 
 Eigen::Matrix4d at_least(const Eigen::Matrix4d& covariance, const Eigen::Matrix4d& other) {

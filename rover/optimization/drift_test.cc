@@ -27,6 +27,35 @@ TEST(Drift, MovesAPoseAsItMovesTheWorld) {
   }
 }
 
+TEST(Drift, OfASimilarityIsWhereItLeads) {
+  Random random(4);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d place = 5 * random_gaussian_vector(random);
+    Eigen::Matrix<double, 7, 1> by;  // translation, turn, logarithm of scale
+    for (double& value : by) value = random.gaussian();
+    const Eigen::Vector3d turn = by.segment<3>(3);
+    Eigen::Vector4d drift;
+    drift << by.head<3>() + turn.cross(place) + by[6] * place -
+                 turn.z() * Eigen::Vector3d::UnitZ().cross(place),
+        turn.z();
+    EXPECT_TRUE(drift_at(place, by * by.transpose()).isApprox(drift * drift.transpose(), 1e-9));
+    const Eigen::Vector3d error(turn.x(), turn.y(), by[6]);
+    EXPECT_TRUE(map_error_of(by * by.transpose()).isApprox(error * error.transpose(), 1e-9));
+  }
+}
+
+TEST(Drift, OfAPoseIsTheSimilarityThatMovesIt) {
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const SE3 pose{so3_exp(random_gaussian_vector(random)), 5 * random_gaussian_vector(random)};
+    Eigen::Matrix<double, 7, 1> step;  // of the pose, and the logarithm of scale
+    for (double& value : step) value = 1e-6 * random.gaussian();
+    const Eigen::Matrix<double, 7, 1> by = similarity_by_pose(pose) * step;
+    const Sim3 world(std::exp(by[6]), so3_exp(by.segment<3>(3)), by.head<3>());
+    EXPECT_LT((se3_minus(move_pose(world, pose), pose) - step.head<6>()).norm(), 1e-9);
+  }
+}
+
 TEST(Drift, IsFoundAgainInThePoseThatDrifted) {
   Random random(2);
   for (int i = 0; i < 20; ++i) {

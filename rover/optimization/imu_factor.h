@@ -5,8 +5,6 @@
 
 namespace rover {
 
-using Matrix15x3d = Eigen::Matrix<double, 15, 3>;
-
 struct ImuJacobians {
   Matrix15d by_from;  // tangents of InertialState
   Matrix15d by_to;

@@ -24,6 +24,9 @@ void check_problem(const InertialBundleProblem& problem) {
     if (!valid(prior.pose))
       throw std::invalid_argument("inertial adjustment: a prior's index is out of range");
   }
+  if (problem.border != -1 &&
+      (!valid(problem.border) || !problem.bundle.pose_fixed[problem.border]))
+    throw std::invalid_argument("inertial adjustment: the border must be a fixed pose");
 }
 
 void reintegrate(InertialBundleProblem& problem) {
@@ -78,9 +81,40 @@ void add_covariance(const Eigen::MatrixXd& covariance, const InertialBundleModel
 void add_scale_sigma(const InertialBundleProblem& problem,
                      const InertialBundleModel::Equations& equations, InertialBundleModel& model,
                      InertialBundleSummary& summary) {
-  const Eigen::Index unknowns = equations.states.hessian.rows();
-  const auto scale = model.variance(equations, scale_by_states(problem.bundle, model, unknowns));
-  if (scale && *scale > 0) summary.scale_sigma = std::sqrt(*scale);
+  const Eigen::VectorXd by_states =
+      scale_by_states(problem.bundle, model, equations.states.hessian.rows());
+  const auto with_scale = model.covariance_times(equations, by_states);
+  if (!with_scale) return;
+  const double variance = by_states.dot(with_scale->col(0));
+  if (variance > 0) summary.scale_sigma = std::sqrt(variance);
+  summary.with_scale.assign(problem.velocity.size(), Vector15d::Zero());
+  for (std::size_t pose = 0; pose < summary.with_scale.size(); ++pose) {
+    const int row = model.row(static_cast<int>(pose));
+    if (row >= 0) summary.with_scale[pose] = with_scale->col(0).segment<15>(row);
+  }
+}
+
+void add_seen(const InertialBundleProblem& problem, const InertialBundleModel::Equations& equations,
+              const InertialBundleModel& model, InertialBundleSummary& summary) {
+  summary.seen.assign(problem.velocity.size(), Matrix6d::Zero());
+  for (std::size_t i = 0; i < summary.seen.size(); ++i) {
+    const int pose = static_cast<int>(i);
+    if (!problem.bundle.pose_fixed[i]) summary.seen[i] = model.seen_information(pose, equations);
+  }
+}
+
+// Of one state. It depends on fixed poses, or on the scale that nothing fixes.
+void add_state(const InertialBundleProblem& problem, int pose,
+               const InertialBundleModel::Equations& equations, InertialBundleModel& model,
+               InertialBundleSummary& summary) {
+  summary.state_covariance = model.covariance_of(pose, equations);
+  if (std::ranges::count(problem.bundle.pose_fixed, 1) == 0) {
+    add_scale_sigma(problem, equations, model, summary);
+    return;
+  }
+  const auto response = model.response(InertialBundleModel::initial(problem), equations);
+  const int row = model.row(pose);
+  if (response && row >= 0) summary.state_response = response->middleRows<15>(row);
 }
 
 void add_uncertainty(const InertialBundleProblem& problem, const InertialBundleOptions& options,
@@ -90,8 +124,9 @@ void add_uncertainty(const InertialBundleProblem& problem, const InertialBundleO
   InertialBundleModel model(problem, {summary.visual.inliers, gauge, options.bundle, 0});
   InertialBundleModel::Equations equations;
   model.linearize(InertialBundleModel::initial(problem), equations);
+  add_seen(problem, equations, model, summary);
   if (options.covariance_of >= 0) {
-    summary.state_covariance = model.covariance_of(options.covariance_of, equations);
+    add_state(problem, options.covariance_of, equations, model, summary);
   }
   if (options.covariance || options.scale_sigma)
     add_scale_sigma(problem, equations, model, summary);

@@ -88,6 +88,48 @@ TEST(InertialBundle, TellsTheCovarianceOfOneStateAlone) {
   EXPECT_THROW(adjust_inertial_bundle(problem, {.covariance_of = 6}), std::invalid_argument);
 }
 
+// A window behind a fixed pose whose velocity and biases are free.
+InertialBundleProblem window_of(const SimulatedFlight& flight) {
+  InertialBundleProblem problem = flight.truth;
+  problem.bundle.pose_fixed[0] = 1;
+  problem.border = 0;
+  problem.velocity[0] += Eigen::Vector3d(0.1, -0.1, 0.05);
+  problem.priors.push_back({0, bias_prior({}, 0.1, 0.2)});
+  return problem;
+}
+
+TEST(InertialBundle, FindsTheMotionOfTheBorder) {
+  const SimulatedFlight flight = simulate_flight({.cameras = 2, .keyframes = 8, .seed = 3});
+  InertialBundleProblem problem = window_of(flight);
+  const auto summary = adjust_inertial_bundle(problem, {});
+  ASSERT_TRUE(summary.visual.usable);
+  EXPECT_LT((problem.velocity[0] - flight.truth.velocity[0]).norm(), 0.02);
+  EXPECT_TRUE(problem.bundle.world_from_body[0].translation ==
+              flight.truth.bundle.world_from_body[0].translation);
+  problem.bundle.pose_fixed[0] = 0;
+  EXPECT_THROW(adjust_inertial_bundle(problem, {}), std::invalid_argument);
+}
+
+// A map that is tilted is one in which gravity is.
+TEST(InertialBundle, TellsHowAStateErrsWithTheMap) {
+  const SimulatedFlight flight = simulate_flight({.cameras = 2, .keyframes = 8, .seed = 4});
+  Matrix15x3d response;
+  const auto solve = [&](const Eigen::Vector3d& tilt) {
+    InertialBundleProblem problem = window_of(flight);
+    problem.gravity = so3_exp(-tilt) * problem.gravity;
+    InertialBundleOptions options{.covariance_of = 7};
+    options.bundle.huber = options.bundle.chi2 = 1e3;
+    response = adjust_inertial_bundle(problem, options).state_response;
+    return problem.state(7);
+  };
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::Vector3d step = 1e-3 * Eigen::Vector3d::Unit(k);
+    const Vector15d numeric = state_minus(solve(step), solve(-step)) / 2e-3;
+    EXPECT_GT(numeric.tail<3>().norm(), 1);  // m/s^2 per rad: tilt passes for bias
+    EXPECT_LT((numeric - response.col(k)).norm(), 0.02 * numeric.norm()) << k;
+  }
+}
+
 TEST(InertialBundle, ErrorsAreWithinTheirCovariance) {
   const int runs = 40;
   for (const int cameras : {1, 2}) {

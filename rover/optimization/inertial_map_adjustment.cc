@@ -24,9 +24,23 @@ void add_links(const Map& map, InertialMapProblem& problem) {
     const Keyframe& keyframe = map.at(keyframes[i]);
     const auto previous = poses.find(keyframe.previous);
     if (!keyframe.motion || previous == poses.end()) continue;
-    if (fixed[i] && fixed[static_cast<std::size_t>(previous->second)]) continue;
+    if (fixed[i]) continue;
     problem.inertial.links.push_back({previous->second, static_cast<int>(i), *keyframe.motion});
   }
+}
+
+// The state before the window is known as it was before the window's links: with these, and with
+// what is seen along them, it is found anew. Biases that nobody has estimated are known roughly.
+void add_border(const Map& map, KeyframeId before, InertialMapProblem& problem) {
+  const auto found = std::ranges::find(problem.map.keyframes, before);
+  const int pose = static_cast<int>(found - problem.map.keyframes.begin());
+  InertialBundleProblem& inertial = problem.inertial;
+  const auto begins = [&](const InertialLink& link) { return link.from == pose; };
+  if (std::ranges::none_of(inertial.links, begins)) return;
+  inertial.border = pose;
+  inertial.priors.push_back(
+      {pose, prior_of(map.at(before))
+                 .value_or(bias_prior(ImuBias{}, kGyroscopeBiasSigma, kAccelerometerBiasSigma))});
 }
 
 // The biases that a chain of links begins with are known only roughly; a state without any link
@@ -117,7 +131,9 @@ InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int
   if (before.valid()) border.push_back(before);
   MapProblem problem = gather_problem(map, free, max_fixed, weighting, border);
   if (problem.keyframes.size() == free.size()) free_all(problem);
-  return with_inertia(map, std::move(problem));
+  InertialMapProblem result = with_inertia(map, std::move(problem));
+  if (before.valid()) add_border(map, before, result);
+  return result;
 }
 
 InertialMapProblem gather_newest(const Map& map, int most, const WeightingOptions& weighting) {
@@ -139,10 +155,10 @@ void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
   }
   commit_adjustment(map, visual, summary.visual, scale);
   for (std::size_t i = 0; i < visual.keyframes.size(); ++i) {
-    if (visual.bundle.pose_fixed[i]) continue;
+    if (visual.bundle.pose_fixed[i] && static_cast<int>(i) != problem.inertial.border) continue;
     map.set_velocity(visual.keyframes[i], problem.inertial.velocity[i], problem.inertial.bias[i]);
   }
-  keep_covariances(map, problem, summary);
+  keep_covariances(map, problem, summary, scale);
 }
 
 double scale_change(const MapProblem& problem) {

@@ -16,8 +16,9 @@ struct InertialMapProblem {
 // At most `most` keyframes in time, up to and with one, newest first.
 std::vector<KeyframeId> keyframes_backwards(const Map& map, KeyframeId from, int most);
 
-// The last `window` keyframes in time, up to and with `newest`, are free; the state before them and
-// at most `max_fixed` other keyframes that see their landmarks are fixed. Where nothing lies before
+// The last `window` keyframes in time, up to and with `newest`, are free; the pose before them and
+// at most `max_fixed` other keyframes that see their landmarks are fixed. Velocity and biases
+// before the window are free, too, with what was known of them before. Where nothing lies before
 // the window, no state is fixed.
 InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int window,
                                           int max_fixed, const WeightingOptions& weighting);

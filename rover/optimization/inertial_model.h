@@ -10,7 +10,7 @@
 namespace rover {
 
 // An inertial bundle adjustment, as LevenbergMarquardt wants it. Of each free pose the whole state
-// is unknown.
+// is unknown, of the border velocity and biases (its pose has rows, too, but stays).
 class InertialBundleModel {
  public:
   struct State {
@@ -45,13 +45,23 @@ class InertialBundleModel {
   // their covariance (an empty matrix where something is not observed).
   Eigen::MatrixXd information(const Equations& equations);
   Eigen::MatrixXd covariance(const Equations& equations);
-  // Of one linear function of them.
-  std::optional<double> variance(const Equations& equations, const Eigen::VectorXd& by_states);
+  // That covariance times a few columns, without the rest of it.
+  std::optional<Eigen::MatrixXd> covariance_times(const Equations& equations,
+                                                  const Eigen::MatrixXd& columns);
   // Likewise of one free pose's state, without the others'.
   std::optional<Matrix15d> covariance_of(int pose, const Equations& equations);
+  // How the unknowns move, in the frame of the map, with an error that the fixed poses and all else
+  // have in common (map_error.h). What is seen does not notice it.
+  std::optional<Eigen::MatrixXd> response(const State& state, const Equations& equations);
+  // What a free pose's observations tell of it, were their points known.
+  Matrix6d seen_information(int pose, const Equations& equations) const {
+    return equations.visual.pose_hessian[static_cast<std::size_t>(rows_[pose] / 15)];
+  }
 
  private:
+  int unknowns() const;
   void pin_unobserved(DenseEquations& equations) const;
+  void pin_border(DenseEquations& equations) const;
   Eigen::MatrixXd held_directions(const State& state) const;
 
   const InertialBundleProblem& problem_;

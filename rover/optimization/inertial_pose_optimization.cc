@@ -4,6 +4,7 @@
 
 #include "rover/base/error.h"
 #include "rover/optimization/levenberg_marquardt.h"
+#include "rover/optimization/map_error.h"
 #include "rover/optimization/pose_residuals.h"
 
 namespace rover {
@@ -57,6 +58,30 @@ class TwoFrameModel {
   int last_row_ = -1;
 };
 
+// How the unknowns answer to the error of the map: see InertialBundleModel::response. What is seen
+// is where the landmarks are, which have answered, too; so has the prior.
+Eigen::MatrixXd response_of(const InertialPoseProblem& problem, const InertialState& last,
+                            const InertialState& current, const Matrix6d& seen,
+                            const DenseEquations& equations) {
+  const Eigen::Vector3d& lever = problem.rig.body_from_camera[0].translation;
+  const Eigen::Vector3d& here = current.world_from_body.translation;
+  const Matrix15x3d by_current = by_map_error(current, lever, here);
+  ImuJacobians by;
+  imu_residual(problem.motion, last, current, problem.gravity, &by);
+  const Matrix15x3d change = by.by_from * by_map_error(last, lever, here) + by.by_to * by_current;
+  Eigen::MatrixXd pull = Eigen::MatrixXd::Zero(equations.hessian.rows(), 3);
+  pull.topRows<15>() = by.by_to.transpose() * change;
+  pull.topRows<6>() -= seen * problem.seen_response;
+  if (problem.current_prior) {
+    pull.topRows<15>() += problem.current_prior->information * by_current;
+  }
+  if (problem.last_information) {
+    pull.bottomRows<15>() =
+        by.by_from.transpose() * change - *problem.last_information * problem.last_response;
+  }
+  return -equations.hessian.selfadjointView<Eigen::Lower>().llt().solve(pull);
+}
+
 // The information of the first 15 unknowns with the others marginalised.
 Matrix15d marginal_information(const DenseEquations& equations) {
   const Eigen::MatrixXd full = equations.hessian.selfadjointView<Eigen::Lower>();
@@ -69,13 +94,15 @@ Matrix15d marginal_information(const DenseEquations& equations) {
   return 0.5 * (marginal + marginal.transpose());
 }
 
-void finish(const TwoFrameModel& model, const TwoFrameModel::State& state,
-            const PoseResiduals& residuals, InertialPoseEstimate& estimate) {
+void finish(const InertialPoseProblem& problem, const TwoFrameModel& model,
+            const TwoFrameModel::State& state, const PoseResiduals& residuals,
+            InertialPoseEstimate& estimate) {
   TwoFrameModel::Equations equations;
   model.linearize(state, equations);
   estimate.inliers = residuals.selected();
   estimate.inlier_count = residuals.selected_count();
-  const double chi2 = residuals.linearize(state.current.world_from_body).chi2;
+  const PoseEquations seen = residuals.linearize(state.current.world_from_body);
+  const double chi2 = seen.chi2;
   estimate.mean_chi2 = estimate.inlier_count > 0 ? chi2 / estimate.inlier_count : 0;
   estimate.imu_chi2 = equations.imu_chi2;
   const Matrix15d information = marginal_information(equations);
@@ -85,6 +112,8 @@ void finish(const TwoFrameModel& model, const TwoFrameModel::State& state,
   estimate.current = state.current;
   estimate.information = information;
   estimate.covariance = covariance;
+  estimate.response =
+      response_of(problem, state.last, state.current, seen.hessian, equations).topRows<15>();
   estimate.converged = true;
 }
 
@@ -117,7 +146,7 @@ InertialPoseEstimate optimize_inertial_pose(const InertialPoseProblem& problem,
     state = solver.state();
     if (!residuals.select(state.current.world_from_body)) break;
   }
-  if (usable) finish(model, state, residuals, estimate);
+  if (usable) finish(problem, model, state, residuals, estimate);
   return estimate;
 }
 

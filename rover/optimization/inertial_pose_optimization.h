@@ -6,6 +6,7 @@
 
 #include "rover/optimization/imu_factor.h"
 #include "rover/optimization/pose_optimization.h"
+#include "rover/optimization/reprojection.h"
 
 namespace rover {
 
@@ -29,15 +30,20 @@ struct InertialPoseProblem {
   std::optional<Matrix15d> last_information{};
   std::span<const PoseObservation> observations{};  // of the current frame
   std::optional<StatePrior> current_prior{};        // standing still, for one
+  // How they err with the map (map_error.h), in its frame: the last state, as this function
+  // returned it, and the landmarks around.
+  Matrix15x3d last_response = Matrix15x3d::Zero();
+  Matrix63d seen_response = Matrix63d::Zero();
   Eigen::Vector3d gravity = gravity_of_z_up();
 };
 
 struct InertialPoseEstimate {
   InertialState last;
   InertialState current;
-  Matrix15d covariance = Matrix15d::Zero();   // of `current`, conditional on the map
-  Matrix15d information = Matrix15d::Zero();  // its inverse: the prior for the next frame
-  std::vector<char> inliers;                  // per observation
+  Matrix15d covariance = Matrix15d::Zero();    // of `current`, conditional on the map
+  Matrix15d information = Matrix15d::Zero();   // its inverse: the prior for the next frame
+  Matrix15x3d response = Matrix15x3d::Zero();  // how it errs with the map, in its frame
+  std::vector<char> inliers;                   // per observation
   int inlier_count = 0;
   double mean_chi2 = 0;    // of the inliers' reprojection
   double imu_chi2 = 0;     // of the inertial residual, 9 degrees of freedom

@@ -81,6 +81,27 @@ TEST(InertialPoseOptimization, FollowsAFlight) {
   EXPECT_LT(error.tail<3>().norm(), 0.05);
 }
 
+// A map that is tilted is one in which gravity is.
+TEST(InertialPoseOptimization, TellsHowItErrsWithTheMap) {
+  const Frames frames = simulate_frames(2, {.cameras = 2, .seed = 9});
+  const auto solve = [&](const Eigen::Vector3d& tilt) {
+    return optimize_inertial_pose({.rig = frames.rig,
+                                   .motion = frames.motions[0],
+                                   .last = frames.first,
+                                   .last_information = frames.first_information,
+                                   .observations = frames.seen[1],
+                                   .gravity = so3_exp(-tilt) * gravity_of_z_up()},
+                                  {.chi2 = 1e3, .huber = 1e3});
+  };
+  const Matrix15x3d response = solve(Eigen::Vector3d::Zero()).response;
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::Vector3d step = 0.01 * Eigen::Vector3d::Unit(k);
+    const Vector15d numeric = state_minus(solve(step).current, solve(-step).current) / 0.02;
+    EXPECT_GT(numeric.segment<3>(6).norm(), 1e-3);
+    EXPECT_LT((numeric - response.col(k)).norm(), 0.02 * numeric.norm()) << k;
+  }
+}
+
 TEST(InertialPoseOptimization, ErrorsAreWithinTheirCovariance) {
   const int runs = 60;
   double sum = 0;

@@ -9,17 +9,17 @@ Damping trace() { return Damping(1e-12); }
 }  // namespace
 
 SchurComplement::SchurComplement(const BundleStructure& structure)
-    : SchurComplement(structure, 6) {}
+    : SchurComplement(structure, 6, 0) {}
 
 SchurComplement::SchurComplement(const BundleStructure& structure,
-                                 const std::vector<std::pair<int, int>>& links)
-    : SchurComplement(structure, 15) {
-  state_solver_.emplace(static_cast<int>(structure.free_poses.size()), links);
+                                 const std::vector<std::pair<int, int>>& links, int more)
+    : SchurComplement(structure, 15, more) {
+  state_solver_.emplace(static_cast<int>(structure.free_poses.size()) + more, links);
 }
 
-SchurComplement::SchurComplement(const BundleStructure& structure, int stride)
+SchurComplement::SchurComplement(const BundleStructure& structure, int stride, int more)
     : structure_(structure), stride_(stride) {
-  const auto unknowns = static_cast<Eigen::Index>(stride * structure.free_poses.size());
+  const auto unknowns = static_cast<Eigen::Index>(stride * (structure.free_poses.size() + more));
   reduced_.resize(unknowns, unknowns);
   right_side_.resize(unknowns);
   added_.resize(unknowns);
@@ -64,15 +64,20 @@ Eigen::MatrixXd SchurComplement::covariance(const BundleEquations& equations,
   return result;
 }
 
-std::optional<double> SchurComplement::variance(const BundleEquations& equations,
-                                                const DenseEquations& states,
-                                                const Eigen::VectorXd& by_states) {
+std::optional<Eigen::MatrixXd> SchurComplement::covariance_times(const BundleEquations& equations,
+                                                                 const DenseEquations& states,
+                                                                 const Eigen::MatrixXd& columns) {
   if (!reduce(equations, &states, trace())) return std::nullopt;
-  right_side_ = by_states;
-  hold_directions(states.held, reduced_, right_side_);
-  const Eigen::VectorXd unheld = right_side_;
-  if (!solve_reduced()) return std::nullopt;
-  return unheld.dot(right_side_);
+  const Eigen::MatrixXd reduced = reduced_;
+  Eigen::MatrixXd product(columns.rows(), columns.cols());
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    reduced_ = reduced;
+    right_side_ = columns.col(k);
+    hold_directions(states.held, reduced_, right_side_);
+    if (!solve_reduced()) return std::nullopt;
+    product.col(k) = right_side_;
+  }
+  return product;
 }
 
 std::optional<Matrix15d> SchurComplement::covariance_of(int row, const BundleEquations& equations,

@@ -27,8 +27,10 @@ class SchurComplement {
  public:
   explicit SchurComplement(const BundleStructure& structure);
 
-  // With whole inertial states, of which `links` (pairs of slots) share terms.
-  SchurComplement(const BundleStructure& structure, const std::vector<std::pair<int, int>>& links);
+  // With whole inertial states, of which `links` (pairs of slots) share terms. `more` states follow
+  // those of the free poses: no point depends on them.
+  SchurComplement(const BundleStructure& structure, const std::vector<std::pair<int, int>>& links,
+                  int more = 0);
 
   // False where the damped system is not positive definite to rounding: damp more. `states`, if
   // given, holds what is added to the equations of the states.
@@ -43,16 +45,17 @@ class SchurComplement {
   // An empty matrix where something is not observed.
   Eigen::MatrixXd covariance(const BundleEquations& equations, const DenseEquations& states);
 
-  // The variance of one linear function of the free states: what `covariance` says of it, for the
-  // price of a step. Nothing where it is not observed.
-  std::optional<double> variance(const BundleEquations& equations, const DenseEquations& states,
-                                 const Eigen::VectorXd& by_states);
+  // That covariance times given columns, for the price of a step. Nothing where something is not
+  // observed.
+  std::optional<Eigen::MatrixXd> covariance_times(const BundleEquations& equations,
+                                                  const DenseEquations& states,
+                                                  const Eigen::MatrixXd& columns);
   // The diagonal block of it that one whole state has, its unknowns from `row` on.
   std::optional<Matrix15d> covariance_of(int row, const BundleEquations& equations,
                                          const DenseEquations& states);
 
  private:
-  SchurComplement(const BundleStructure& structure, int stride);
+  SchurComplement(const BundleStructure& structure, int stride, int more);
   bool solve_reduced();
 
   using Factor = Eigen::LLT<Eigen::Matrix3d>;

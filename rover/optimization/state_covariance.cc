@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rover/optimization/drift.h"
+#include "rover/optimization/map_error.h"
 
 namespace rover {
 namespace {
@@ -10,9 +11,12 @@ namespace {
 // s: ties wander by less as keyframes are culled.
 constexpr double kRevisit = 2;
 
+// Of a similarity.
+constexpr int kPositionAndYaw[] = {0, 1, 2, 5};
+
 // What the fixed states of a window have drifted in the mean, and how old they are.
 struct Ties {
-  Eigen::Matrix4d drift = Eigen::Matrix4d::Zero();
+  Matrix7d drift = Matrix7d::Zero();
   double anchor = 0;
 };
 
@@ -52,33 +56,176 @@ std::size_t newest_free(const InertialMapProblem& problem) {
   return newest;
 }
 
-void keep_newest(Map& map, const InertialMapProblem& problem, const Matrix15d& covariance) {
-  const Keyframe* newest = map.find(problem.map.keyframes[newest_free(problem)]);
+using Matrix7x3d = Eigen::Matrix<double, 7, 3>;
+
+// Given the drift of what the window held fixed.
+StateCovariance in_window(const InertialState& state, const InertialBundleSummary& summary,
+                          const Ties& ties) {
+  StateCovariance known;
+  known.mean = state;
+  known.given_map = *summary.state_covariance;
+  known.response = summary.state_response + upright(state);
+  known.map_error = map_error_of(ties.drift);
+  const Matrix7d by_pose = similarity_by_pose(state.world_from_body);
+  Matrix7d own = Matrix7d::Zero();
+  own.topLeftCorner<6, 6>() = known.given_map.topLeftCorner<6, 6>();
+  const Matrix7x3d response = by_pose.leftCols<6>() * summary.state_response.topRows<6>();
+  Matrix7d handed = Matrix7d::Identity();
+  for (int k = 0; k < 3; ++k) handed.col(k == 2 ? 6 : 3 + k) += response.col(k);
+  known.drift = by_pose * own * by_pose.transpose() + handed * ties.drift * handed.transpose();
+  known.anchor = ties.anchor;
+  return known;
+}
+
+// The covariance of what is known to one and, independently, by information.
+Matrix6d both(const Matrix6d& covariance, const Matrix6d& information) {
+  const Matrix6d product = Matrix6d::Identity() + information * covariance;
+  const Matrix6d result = product.transpose().partialPivLu().solve(covariance);
+  return 0.5 * (result + result.transpose());
+}
+
+// Of a state where nothing was fixed: how its pose and the map's scale are known, and the rest with
+// them. Stereo has no scale to err by.
+struct Free {
+  Matrix7d own = Matrix7d::Zero();
+  Eigen::Matrix<double, 9, 7> rest_with_own;
+  Matrix9d rest;
+};
+
+Free free_of(const InertialBundleSummary& summary, std::size_t pose, const Matrix15d& covariance,
+             bool is_metric) {
+  const Vector15d with_scale = is_metric ? Vector15d::Zero() : summary.with_scale[pose];
+  const double scale_sigma = is_metric ? 0 : summary.scale_sigma;
+  Free free;
+  free.own.topLeftCorner<6, 6>() = covariance.topLeftCorner<6, 6>();
+  free.own.topRightCorner<6, 1>() = with_scale.head<6>();
+  free.own.bottomLeftCorner<1, 6>() = with_scale.head<6>().transpose();
+  free.own(6, 6) = std::max(scale_sigma * scale_sigma, 1e-12);
+  free.rest_with_own << covariance.bottomLeftCorner<9, 6>(), with_scale.tail<9>();
+  free.rest = covariance.bottomRightCorner<9, 9>();
+  return free;
+}
+
+// Where nothing was fixed, a state's own tilt and the scale are the map's error; velocity and
+// biases err with them, and with the pose, as regression says. `seen` is what tells the pose from
+// the map.
+StateCovariance by_itself(const InertialState& state, const Free& free, const Matrix6d& seen) {
+  const Eigen::Matrix<double, 9, 7> by_own =
+      free.own.ldlt().solve(free.rest_with_own.transpose()).transpose();
+  const Matrix6d in_map = both(free.own.topLeftCorner<6, 6>(), seen);
+  Eigen::Matrix<double, 15, 6> by_pose;
+  by_pose << Matrix6d::Identity(), by_own.leftCols<6>();
+  StateCovariance known;
+  known.mean = state;
+  known.given_map = by_pose * in_map * by_pose.transpose();
+  known.given_map.bottomRightCorner<9, 9>() += free.rest - by_own * free.rest_with_own.transpose();
+  known.response = upright(state);
+  Matrix7x3d own_by_error = Matrix7x3d::Zero();
+  own_by_error.topRows<6>() = known.response.topRows<6>();
+  own_by_error(6, 2) = 1;
+  known.response.bottomRows<9>() = by_own * own_by_error;
+  const Matrix7d similarity = similarity_by_pose(state.world_from_body);
+  known.drift = similarity * free.own * similarity.transpose();
+  Matrix7d around = free.own;
+  around.topLeftCorner<6, 6>() -= in_map;
+  known.map_error = map_error_of(similarity * around * similarity.transpose());
+  return known;
+}
+
+StateCovariance by_itself(const InertialMapProblem& problem, const InertialBundleSummary& summary,
+                          std::size_t pose, const Matrix15d& covariance) {
+  const bool is_metric = problem.inertial.bundle.rig.size() > 1;
+  return by_itself(problem.inertial.state(static_cast<int>(pose)),
+                   free_of(summary, pose, covariance, is_metric), summary.seen[pose]);
+}
+
+// Position and yaw drift no less than they did at the keyframe before.
+void keep_drift(const StateCovariance& previous, StateCovariance& known) {
+  if (known.anchor <= previous.anchor - kRevisit) return;
+  known.anchor = std::max(known.anchor, previous.anchor);
+  const auto drift_of = [](const StateCovariance& of) {
+    return drift_at(of.mean.world_from_body.translation, of.drift);
+  };
+  const Eigen::Matrix4d drift = drift_of(known);
+  const Eigen::Matrix4d more = at_least(drift, drift_of(previous)) - drift;
+  known.drift(kPositionAndYaw, kPositionAndYaw) += more;
+}
+
+void set(Map& map, KeyframeId id, const StateCovariance& known) {
+  map.set_covariance(id, std::make_shared<const StateCovariance>(known));
+}
+
+void keep_newest(Map& map, const InertialMapProblem& problem,
+                 const InertialBundleSummary& summary) {
+  const std::size_t pose = newest_free(problem);
+  const Keyframe* newest = map.find(problem.map.keyframes[pose]);
   if (!newest) return;
-  Ties ties = ties_of(map, problem);
-  Eigen::Matrix4d drift =
-      ties.drift + drift_of(newest->world_from_body(), covariance.topLeftCorner<6, 6>());
+  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
+  if (is_free && summary.with_scale.empty()) return;
+  StateCovariance known = is_free ? by_itself(problem, summary, pose, *summary.state_covariance)
+                                  : in_window(problem.inertial.state(static_cast<int>(pose)),
+                                              summary, ties_of(map, problem));
   const Keyframe* previous = map.find(newest->previous);
-  if (previous && previous->covariance && ties.anchor > previous->covariance->anchor - kRevisit) {
-    ties.anchor = std::max(ties.anchor, previous->covariance->anchor);
-    drift = at_least(previous->covariance->drift, drift);
+  if (previous && previous->covariance) keep_drift(*previous->covariance, known);
+  set(map, newest->id, known);
+}
+
+// What the first of the states, which held position and yaw of the others, had drifted before.
+Matrix7d drift_before(const Map& map, const InertialMapProblem& problem) {
+  Matrix7d before = Matrix7d::Zero();
+  const Keyframe* first = map.find(problem.map.keyframes.front());
+  if (!first || !first->previous.valid() || !first->covariance) return before;
+  before(kPositionAndYaw, kPositionAndYaw) =
+      first->covariance->drift(kPositionAndYaw, kPositionAndYaw);
+  return before;
+}
+
+void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleSummary& summary,
+              double scale) {
+  const Matrix7d before = drift_before(map, problem);
+  for (std::size_t i = 0; i < summary.covariance.size(); ++i) {
+    const Keyframe* keyframe = map.find(problem.map.keyframes[i]);
+    if (!keyframe) continue;
+    StateCovariance now = by_itself(problem, summary, i, summary.covariance[i]);
+    now.drift += before;
+    const bool is_newest = i == newest_free(problem);
+    StateCovariance known = keyframe->covariance && !is_newest ? *keyframe->covariance : now;
+    if (keyframe->covariance && !is_newest) known.mean.velocity *= scale;
+    known.drift = now.drift;
+    known.anchor = 0;
+    set(map, keyframe->id, known);
   }
-  map.set_covariance(newest->id, std::make_shared<const StateCovariance>(
-                                     StateCovariance{covariance, drift, ties.anchor}));
 }
 
 }  // namespace
 
 void keep_covariances(Map& map, const InertialMapProblem& problem,
-                      const InertialBundleSummary& summary) {
-  for (std::size_t i = 0; i < summary.covariance.size(); ++i) {
-    const Matrix15d& covariance = summary.covariance[i];
-    const Eigen::Matrix4d drift =
-        drift_of(problem.inertial.bundle.world_from_body[i], covariance.topLeftCorner<6, 6>());
-    map.set_covariance(problem.map.keyframes[i], std::make_shared<const StateCovariance>(
-                                                     StateCovariance{covariance, drift, 0}));
-  }
-  if (summary.state_covariance) keep_newest(map, problem, *summary.state_covariance);
+                      const InertialBundleSummary& summary, double scale) {
+  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
+  if (is_free && !summary.with_scale.empty()) keep_all(map, problem, summary, scale);
+  if (summary.state_covariance) keep_newest(map, problem, summary);
+}
+
+// In the covariance's tangent. Position and yaw are the map's own; the pose has been adjusted
+// since, and the velocity has turned with it.
+std::optional<StatePrior> prior_of(const Keyframe& keyframe) {
+  if (!keyframe.covariance) return std::nullopt;
+  const StateCovariance& known = *keyframe.covariance;
+  StatePrior prior;
+  prior.mean = known.mean;
+  const Eigen::Quaterniond since =
+      keyframe.world_from_body().rotation * known.mean.world_from_body.rotation.conjugate();
+  const Eigen::Quaterniond yaw = so3_exp({0, 0, so3_log(since).z()});
+  prior.mean.world_from_body.rotation = yaw * known.mean.world_from_body.rotation;
+  prior.mean.world_from_body.translation = keyframe.world_from_body().translation;
+  prior.mean.velocity = yaw * known.mean.velocity;
+  Eigen::Matrix<double, 11, 15> picked = Eigen::Matrix<double, 11, 15>::Zero();
+  picked.block<2, 3>(0, 3) = known.mean.world_from_body.rotation_matrix().topRows<2>();
+  picked.bottomRightCorner<9, 9>().setIdentity();
+  const Eigen::MatrixXd information = inverse_of(picked * known.covariance() * picked.transpose());
+  if (information.rows() == 0) return std::nullopt;
+  prior.information = picked.transpose() * information * picked;
+  return prior;
 }
 
 }  // namespace rover

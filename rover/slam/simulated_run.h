@@ -15,13 +15,15 @@ namespace rover {
 
 // Flights along a wall of points, through tracking and mapping in lockstep, for tests: features are
 // projections with noise of exactly the deviation stated, descriptors tell all points apart, and
-// the inertial sensor is as noisy as the calibration says.
+// the inertial sensor is exactly as noisy as it is taken to be: by default as one that flies (see
+// ImuNoiseOptions).
 
 struct SimulatedRunOptions {
   int cameras = 2;
   double duration = 15;  // s
   double rate = 10;      // images per s
   double sigma = 0.5;    // px
+  ImuNoiseOptions noise{};
   int points = 1000;
   double yaw = 0;  // rad, turn of the whole world about the vertical
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // m, likewise
@@ -45,7 +47,7 @@ class SimulatedRun {
         motion_(passing_motion(random_)),
         rig_(std::make_shared<const Rig>(forward_rig(options.cameras))),
         atlas_(std::make_shared<Atlas>(rig_)),
-        tracker_(atlas_, rig_, test_family(), tracker_options(), 1, kCalibration),
+        tracker_(atlas_, rig_, test_family(), tracker_options(options), 1, kCalibration),
         mapper_(test_family(), mapper_options()) {
     bias_ = {0.02 * random_gaussian_vector(random_), 0.1 * random_gaussian_vector(random_)};
     for (int i = 0; i < options.points; ++i) {
@@ -79,11 +81,10 @@ class SimulatedRun {
  private:
   static constexpr ImuCalibration kCalibration = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
 
-  static TrackerOptions tracker_options() {
+  static TrackerOptions tracker_options(const SimulatedRunOptions& simulated) {
     TrackerOptions options;
     options.weighting.model_sigma = 0;
-    options.inertial.noise.gyroscope_inflation = 1;
-    options.inertial.noise.accelerometer_inflation = 1;
+    options.inertial.noise = simulated.noise;
     return options;
   }
   static LocalMapperOptions mapper_options() {
@@ -97,7 +98,7 @@ class SimulatedRun {
 
   // Readings up to the first one after a time; the biases walk.
   void feel_until(double time) {
-    const ImuNoise noise = simulated_noise();
+    const ImuNoise noise = ImuNoise::of(kCalibration, options_.noise);
     const double root = std::sqrt(kCalibration.rate);
     for (; felt_ / kCalibration.rate < time + 1e-9; ++felt_) {
       ImuSample sample = motion_.sample(felt_ / kCalibration.rate, bias_);

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "rover/base/error.h"
+#include "rover/optimization/drift.h"
+#include "rover/optimization/map_error.h"
 
 namespace rover {
 namespace {
@@ -75,7 +77,7 @@ Matrix15d InertialTracking::information_of(const Keyframe& keyframe) const {
   Matrix15d usual = usual_information();
   if (!keyframe.motion) set_velocity_sigma(kUnknownVelocity, usual);
   if (!keyframe.covariance) return usual;
-  const Eigen::MatrixXd information = inverse_of(keyframe.covariance->state);
+  const Eigen::MatrixXd information = inverse_of(keyframe.covariance->given_map);
   return information.rows() == 0 ? usual : Matrix15d(information);
 }
 
@@ -99,8 +101,13 @@ void InertialTracking::follow(const Map& map) {
   last_ = {newest.frame.time, state, information_of(newest)};
   reckoned_.clear();
   if (!newest.covariance) return;
-  drift_ = newest.covariance->drift;
-  anchor_ = newest.covariance->anchor;
+  const StateCovariance& known = *newest.covariance;
+  last_->response = known.response - upright(known.mean);
+  seen_response_ = last_->response.topRows<6>();
+  map_error_ = known.map_error;
+  drift_ = known.drift;
+  drift_seen_at_ = known.mean.world_from_body.translation;
+  anchor_ = known.anchor;
 }
 
 std::optional<SE3> InertialTracking::predict(Timestamp time) {
@@ -113,6 +120,8 @@ std::optional<SE3> InertialTracking::predict(Timestamp time) {
 PoseEstimate InertialTracking::estimate(const Rig& rig,
                                         std::span<const PoseObservation> observations) {
   InertialPoseProblem problem{rig, *motion_, last_->state, last_->information, observations};
+  problem.last_response = last_->response;
+  problem.seen_response = seen_response_;
   if (still_sigma_) problem.current_prior = zero_velocity_prior(*still_sigma_);
   current_ = optimize_inertial_pose(problem, options_.pose);
   PoseEstimate pose;
@@ -131,7 +140,7 @@ void InertialTracking::accept(bool seen) {
   if (!seen || !reckoned_.empty()) {
     reckoned_.push_back({last_->state, last_->information, motion_});
   }
-  last_ = {motion_->end(), current_.current, current_.information};
+  last_ = {motion_->end(), current_.current, current_.information, current_.response};
   if (seen && !reckoned_.empty()) smooth();
 }
 
@@ -161,11 +170,24 @@ std::optional<InertialState> InertialTracking::state() const {
   return last_->state;
 }
 
+Matrix15x3d InertialTracking::upright_response() const {
+  return current_.response + upright(current_.current);
+}
+
+Matrix15d InertialTracking::covariance() const {
+  const Matrix15x3d response = upright_response();
+  return current_.covariance + response * map_error_ * response.transpose();
+}
+
+Eigen::Matrix4d InertialTracking::drift() const { return drift_at(drift_seen_at_, drift_); }
+
 std::shared_ptr<const StateCovariance> InertialTracking::knowledge() const {
   if (!last_) return nullptr;
   const Eigen::MatrixXd covariance = inverse_of(last_->information);
   if (covariance.rows() == 0) return nullptr;
-  return std::make_shared<const StateCovariance>(StateCovariance{covariance, drift_, anchor_});
+  return std::make_shared<const StateCovariance>(
+      StateCovariance{last_->state, covariance, last_->response + upright(last_->state), map_error_,
+                      drift_, anchor_});
 }
 
 }  // namespace rover

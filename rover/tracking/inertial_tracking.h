@@ -87,10 +87,11 @@ class InertialTracking {
   const std::vector<StampedState>& smoothed() const { return smoothed_; }
   // Of the last accepted frame; nothing where there is no state.
   std::optional<InertialState> state() const;
-  const Matrix15d& covariance() const { return current_.covariance; }
+  // Given position and yaw of the map.
+  Matrix15d covariance() const;
   // The last state's covariance with what drift the map has around it, for a keyframe made of it.
   std::shared_ptr<const StateCovariance> knowledge() const;
-  const Eigen::Matrix4d& drift() const { return drift_; }
+  Eigen::Matrix4d drift() const;
   const ImuBias& bias() const { return bias_; }
   const InertialTrackingOptions& options() const { return options_; }
 
@@ -101,10 +102,12 @@ class InertialTracking {
   struct Known {
     Timestamp time = 0;
     InertialState state;
-    Matrix15d information;
+    Matrix15d information;                       // given the map
+    Matrix15x3d response = Matrix15x3d::Zero();  // how it errs with the map, in its frame
   };
   Matrix15d usual_information() const;
   Matrix15d information_of(const Keyframe& keyframe) const;
+  Matrix15x3d upright_response() const;
   void smooth();
 
   InertialTrackingOptions options_;
@@ -117,7 +120,11 @@ class InertialTracking {
   int epoch_ = -1;
   MapId map_;
   ImuBias bias_;  // of the newest keyframe
-  Eigen::Matrix4d drift_ = Eigen::Matrix4d::Zero();
+  // What the newest keyframe tells of the map around it.
+  Matrix63d seen_response_ = Matrix63d::Zero();
+  Eigen::Matrix3d map_error_ = Eigen::Matrix3d::Zero();
+  Matrix7d drift_ = Matrix7d::Zero();
+  Eigen::Vector3d drift_seen_at_ = Eigen::Vector3d::Zero();
   double anchor_ = 0;
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;

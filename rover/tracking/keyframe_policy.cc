@@ -49,7 +49,7 @@ bool is_staying(const KeyframeEvidence& evidence, const KeyframePolicyOptions& o
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (!evidence.inertial) return false;
   constexpr double kTolerance = 1e-3;  // s: stamps jitter
-  const double gap = evidence.aligned ? options.max_gap : options.max_gap_waiting;
+  const double gap = evidence.settled ? options.max_gap : options.max_gap_waiting;
   return evidence.seconds_since_keyframe > gap - kTolerance;
 }
 

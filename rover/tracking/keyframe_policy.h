@@ -17,7 +17,7 @@ struct KeyframePolicyOptions {
   int min_inliers = 5;             // fewer: no keyframe, the pose is not sure enough
   int min_gap = 1;                 // frames between keyframes when the reason is not urgent
   // Inertial modes: while the body moves, keyframes are no farther apart than this.
-  double max_gap_waiting = 0.25;  // s, before the map is aligned
+  double max_gap_waiting = 0.25;  // s, until the map is aligned and its scale certain
   double max_gap = 0.5;           // s, afterwards
   double moving_parallax = 2;     // px since the reference keyframe: less is standing still ...
   double moving_rotation = 1;     // deg, likewise
@@ -36,7 +36,7 @@ struct KeyframeEvidence {
   int near_tracked = 0;  // stereo: near landmarks tracked
   int near_new = 0;      // stereo: near features that are no landmarks
   bool inertial = false;
-  bool aligned = false;               // inertial: the map is
+  bool settled = false;               // inertial: the map is aligned and its scale certain
   bool still = false;                 // inertial: the body stands still
   double seconds_since_keyframe = 0;  // inertial
 };

@@ -73,11 +73,11 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
   KeyframeEvidence evidence = quiet();
   evidence.seconds_since_keyframe = 0.5;
   EXPECT_FALSE(wants_keyframe(evidence, options));
-  evidence.inertial = evidence.aligned = true;
+  evidence.inertial = evidence.settled = true;
   EXPECT_TRUE(wants_keyframe(evidence, options));
   evidence.seconds_since_keyframe = 0.45;
   EXPECT_FALSE(wants_keyframe(evidence, options));
-  evidence.aligned = false;  // to find gravity and scale takes keyframes closer together
+  evidence.settled = false;  // to find gravity and scale takes keyframes closer together
   EXPECT_TRUE(wants_keyframe(evidence, options));
   evidence.parallax = evidence.rotation = 0.5;  // standing still
   evidence.seconds_since_keyframe = 30;
@@ -87,7 +87,7 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
 TEST(KeyframePolicy, HoveringAndStandingStillAddNone) {
   const KeyframePolicyOptions options;
   KeyframeEvidence evidence = quiet();
-  evidence.inertial = evidence.aligned = true;
+  evidence.inertial = evidence.settled = true;
   evidence.parallax = evidence.rotation = 0.5;
   evidence.seconds_since_keyframe = 30;
   evidence.stereo = true;

@@ -203,7 +203,7 @@ void Tracker::decide_keyframe(const Map& map, const Frame& frame, TrackingResult
   KeyframeEvidence evidence = gather_keyframe_evidence(map, frame, reference_, near);
   evidence.frames_since_keyframe = frames_since_keyframe_;
   evidence.inertial = inertial_ != nullptr;
-  evidence.aligned = map.inertial().aligned;
+  evidence.settled = map.inertial().scale_settled;
   evidence.still = still_.still();
   evidence.seconds_since_keyframe =
       seconds_between(map.at(map.newest_keyframe()).frame.time, frame.time);

@@ -51,7 +51,7 @@ struct TrackingResult {
                        // map; identity where there is none
   bool metric = true;  // inertial modes: the map is aligned (gravity and scale are known)
   std::optional<InertialState> inertial;              // inertial modes, aligned map
-  Matrix15d inertial_covariance = Matrix15d::Zero();  // of it, conditional on the map
+  Matrix15d inertial_covariance = Matrix15d::Zero();  // given position and yaw of the map
   Eigen::Matrix4d drift = Eigen::Matrix4d::Zero();    // of the map around it: see drift.h
   int epoch = 0;
   int features = 0;

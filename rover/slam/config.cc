@@ -84,6 +84,7 @@ void add_inertial(Config& c, Fields& fields) {
   StillnessOptions& s = c.tracking.still;
   fields.insert(fields.end(),
                 {{"keyframe.max_gap_waiting", &c.tracking.keyframe.max_gap_waiting},
+                 {"keyframe.fading_gap", &c.tracking.keyframe.fading_gap},
                  {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
                  {"keyframe.moving_parallax", &c.tracking.keyframe.moving_parallax},
                  {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},

@@ -45,6 +45,13 @@ bool is_staying(const KeyframeEvidence& evidence, const KeyframePolicyOptions& o
          evidence.rotation <= options.moving_rotation;
 }
 
+// Where few landmarks are tracked; inertial data carry the pose on meanwhile.
+bool is_hasty(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  constexpr double kTolerance = 1e-3;  // s: stamps jitter
+  return evidence.settled && evidence.inliers < options.min_landmarks &&
+         evidence.seconds_since_keyframe < options.fading_gap - kTolerance;
+}
+
 // Inertial data say less the longer they are integrated.
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (!evidence.inertial) return false;
@@ -60,13 +67,14 @@ void KeyframePolicyOptions::check() const {
           "keyframe.min_tracked_share is {}; use a share between 0 and 1", min_tracked_share);
   require(max_parallax > 0 && max_rotation > 0,
           "keyframe.max_parallax and max_rotation must be positive");
-  require(max_gap_waiting > 0 && max_gap > 0,
-          "keyframe.max_gap_waiting and max_gap must be positive");
+  require(max_gap_waiting > 0 && max_gap > 0 && fading_gap >= 0,
+          "keyframe.max_gap_waiting and max_gap must be positive, fading_gap not negative");
   require(min_inliers >= 4, "keyframe.min_inliers is {}; use 4 or more", min_inliers);
 }
 
 bool wants_keyframe(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (evidence.inliers < options.min_inliers || evidence.still) return false;
+  if (is_hasty(evidence, options)) return false;
   const bool needs_near = evidence.stereo && evidence.near_tracked < options.min_near &&
                           evidence.near_new > options.min_new_near;
   const bool fading = evidence.inliers < options.min_landmarks &&

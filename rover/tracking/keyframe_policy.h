@@ -19,8 +19,11 @@ struct KeyframePolicyOptions {
   // Inertial modes: while the body moves, keyframes are no farther apart than this.
   double max_gap_waiting = 0.25;  // s, until the map is aligned and its scale certain
   double max_gap = 0.5;           // s, afterwards
-  double moving_parallax = 2;     // px since the reference keyframe: less is standing still ...
-  double moving_rotation = 1;     // deg, likewise
+  // Afterwards, where few landmarks are tracked, they are no closer together than this: the window
+  // of the adjustment would reach back over too short a time.
+  double fading_gap = 0.15;    // s
+  double moving_parallax = 2;  // px since the reference keyframe: less is standing still ...
+  double moving_rotation = 1;  // deg, likewise
 
   void check() const;
 };

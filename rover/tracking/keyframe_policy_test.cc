@@ -84,6 +84,18 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
   EXPECT_FALSE(wants_keyframe(evidence, options));
 }
 
+TEST(KeyframePolicy, FadingLandmarksDoNotCrowdTheWindow) {
+  const KeyframePolicyOptions options;
+  KeyframeEvidence evidence = quiet();
+  evidence.inliers = options.min_landmarks - 1;
+  evidence.seconds_since_keyframe = 0.05;
+  EXPECT_TRUE(wants_keyframe(evidence, options));
+  evidence.inertial = evidence.settled = true;
+  EXPECT_FALSE(wants_keyframe(evidence, options));
+  evidence.seconds_since_keyframe = 0.15;
+  EXPECT_TRUE(wants_keyframe(evidence, options));
+}
+
 TEST(KeyframePolicy, HoveringAndStandingStillAddNone) {
   const KeyframePolicyOptions options;
   KeyframeEvidence evidence = quiet();

@@ -84,7 +84,11 @@ InertialReport InertialMapper::adjust_window(SharedMap& shared, KeyframeId keyfr
                  is_bent(summary, adjust_without_inertia(*before, options)))) {
     return undo(shared, keyframe);
   }
-  shared.commit([&](Map& map) { commit_inertial_adjustment(map, problem, summary); });
+  const bool may_scale = is_free(problem) || !view->inertial().scale_settled;
+  shared.commit([&](Map& map) {
+    commit_inertial_adjustment(map, problem, summary);
+    if (may_scale) map.raise_epoch();
+  });
   return {};
 }
 

@@ -87,10 +87,6 @@ InertialMapProblem with_inertia(const Map& map, MapProblem visual) {
 
 void free_all(MapProblem& problem) { std::ranges::fill(problem.bundle.pose_fixed, char{0}); }
 
-bool is_free(const MapProblem& problem) {
-  return std::ranges::count(problem.bundle.pose_fixed, 1) == 0;
-}
-
 // The rest of a map whose newest keyframes have moved freely: what lies before them moves with the
 // oldest of them, landmarks that took no part move with the keyframe that saw them first.
 void carry_rest(Map& map, const MapProblem& problem, double scale) {
@@ -143,13 +139,17 @@ InertialMapProblem gather_newest(const Map& map, int most, const WeightingOption
   return with_inertia(map, std::move(problem));
 }
 
+bool is_free(const InertialMapProblem& problem) {
+  return std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
+}
+
 void commit_inertial_adjustment(Map& map, const InertialMapProblem& problem,
                                 const InertialBundleSummary& summary) {
   if (!summary.visual.usable || map.epoch() != problem.map.epoch) return;
   MapProblem visual = problem.map;
   visual.bundle = problem.inertial.bundle;
-  const double scale = is_free(visual) ? scale_change(visual) : 1;
-  if (is_free(visual)) {
+  const double scale = is_free(problem) ? scale_change(visual) : 1;
+  if (is_free(problem)) {
     carry_rest(map, visual, scale);
     map.rescale(scale);
   }

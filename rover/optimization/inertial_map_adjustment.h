@@ -27,6 +27,9 @@ InertialMapProblem gather_inertial_window(const Map& map, KeyframeId newest, int
 // all of it.
 InertialMapProblem gather_newest(const Map& map, int most, const WeightingOptions& weighting);
 
+// Whether no state is fixed: an adjustment may change scale and tilt.
+bool is_free(const InertialMapProblem& problem);
+
 // commit_adjustment with velocities, biases and what the adjustment tells of covariances. Where no
 // state was fixed, scale and tilt of the map may have changed: keyframes and landmarks older than
 // the problem move along with its oldest keyframe, and poses kept relative to keyframes follow

@@ -160,11 +160,11 @@ void keep_newest(Map& map, const InertialMapProblem& problem,
   const std::size_t pose = newest_free(problem);
   const Keyframe* newest = map.find(problem.map.keyframes[pose]);
   if (!newest) return;
-  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
-  if (is_free && summary.with_scale.empty()) return;
-  StateCovariance known = is_free ? by_itself(problem, summary, pose, *summary.state_covariance)
-                                  : in_window(problem.inertial.state(static_cast<int>(pose)),
-                                              summary, ties_of(map, problem));
+  if (is_free(problem) && summary.with_scale.empty()) return;
+  StateCovariance known = is_free(problem)
+                              ? by_itself(problem, summary, pose, *summary.state_covariance)
+                              : in_window(problem.inertial.state(static_cast<int>(pose)), summary,
+                                          ties_of(map, problem));
   const Keyframe* previous = map.find(newest->previous);
   if (previous && previous->covariance) keep_drift(*previous->covariance, known);
   set(map, newest->id, known);
@@ -201,8 +201,7 @@ void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleS
 
 void keep_covariances(Map& map, const InertialMapProblem& problem,
                       const InertialBundleSummary& summary, double scale) {
-  const bool is_free = std::ranges::count(problem.inertial.bundle.pose_fixed, 1) == 0;
-  if (is_free && !summary.with_scale.empty()) keep_all(map, problem, summary, scale);
+  if (is_free(problem) && !summary.with_scale.empty()) keep_all(map, problem, summary, scale);
   if (summary.state_covariance) keep_newest(map, problem, summary);
 }
 

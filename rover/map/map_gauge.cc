@@ -11,6 +11,17 @@ bool same(const SE3& a, const SE3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
+// Keyframes that were culled follow a change of the map's units.
+void rescale_retired(const Map& map, const MapUnits& then,
+                     CowTable<KeyframeId, RetiredKeyframe>& table) {
+  std::vector<KeyframeId> retired;
+  for (const RetiredKeyframe& keyframe : table) retired.push_back(keyframe.id);
+  for (const KeyframeId id : retired) {
+    RetiredKeyframe& keyframe = table.edit(id);
+    keyframe.parent_from_body = map.rescale_relative(keyframe.parent_from_body, then);
+  }
+}
+
 }  // namespace
 
 // Distances between cameras scale, those between a camera and the body do not.
@@ -31,14 +42,10 @@ void Map::move_rig(const SE3& body_from_camera) {
   for (SE3& camera : rig->body_from_camera) camera = new_from_old * camera;
   rig->body_from_camera[0] = body_from_camera;
   rig_ = std::move(rig);
-  std::vector<KeyframeId> keyframes, retired;
+  std::vector<KeyframeId> keyframes;
   for (const Keyframe& keyframe : keyframes_) keyframes.push_back(keyframe.id);
   for (const KeyframeId id : keyframes) move_body(id, new_from_old);
-  for (const RetiredKeyframe& keyframe : retired_) retired.push_back(keyframe.id);
-  for (const KeyframeId id : retired) {
-    RetiredKeyframe& keyframe = retired_.edit(id);
-    keyframe.parent_from_body = rescale_relative(keyframe.parent_from_body, then);
-  }
+  rescale_retired(*this, then, retired_);
   ++epoch_;
 }
 
@@ -92,12 +99,7 @@ void Map::transform(const Sim3& new_world_from_world) {
 void Map::rescale(double factor) {
   const MapUnits then = units();
   scale_ *= factor;
-  std::vector<KeyframeId> retired;
-  for (const RetiredKeyframe& keyframe : retired_) retired.push_back(keyframe.id);
-  for (const KeyframeId id : retired) {
-    RetiredKeyframe& keyframe = retired_.edit(id);
-    keyframe.parent_from_body = rescale_relative(keyframe.parent_from_body, then);
-  }
+  rescale_retired(*this, then, retired_);
 }
 
 }  // namespace rover

@@ -215,8 +215,7 @@ bool InertialMapper::needs_refinement(const Map& map, Timestamp now) const {
     return true;
   }
   const double wait =
-      std::clamp(kGrowth * last, options_.soonest_refinement,
-                 std::max(options_.soonest_refinement, options_.refinement_interval));
+      std::max(options_.soonest_refinement, std::min(kGrowth * last, options_.refinement_interval));
   return !status.scale_settled && age - last >= wait;
 }
 

@@ -10,6 +10,8 @@
 namespace rover {
 namespace {
 
+constexpr double kTolerance = 1e-3;  // s: stamps jitter
+
 // How far the landmarks that both see have moved in the image, apart from what rotation alone does.
 double median_parallax(const Map& map, const Frame& frame, const Keyframe& reference) {
   const Camera& camera = map.rig().cameras[0];
@@ -47,7 +49,6 @@ bool is_staying(const KeyframeEvidence& evidence, const KeyframePolicyOptions& o
 
 // Where few landmarks are tracked; inertial data carry the pose on meanwhile.
 bool is_hasty(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
-  constexpr double kTolerance = 1e-3;  // s: stamps jitter
   return evidence.settled && evidence.inliers < options.min_landmarks &&
          evidence.seconds_since_keyframe < options.fading_gap - kTolerance;
 }
@@ -55,7 +56,6 @@ bool is_hasty(const KeyframeEvidence& evidence, const KeyframePolicyOptions& opt
 // Inertial data say less the longer they are integrated.
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (!evidence.inertial) return false;
-  constexpr double kTolerance = 1e-3;  // s: stamps jitter
   const double gap = evidence.settled ? options.max_gap : options.max_gap_waiting;
   return evidence.seconds_since_keyframe > gap - kTolerance;
 }

@@ -201,6 +201,34 @@ TEST(LocalMapper, MakesTheLandmarksThatAreMissing) {
   EXPECT_FALSE(report.times.empty());
 }
 
+// Matches nothing, and counts how often it was asked.
+class CountingMatcher : public Matcher {
+ public:
+  std::vector<Match> match(const MatchInput&, const MatchInput&) const override {
+    ++calls;
+    return {};
+  }
+  mutable int calls = 0;
+};
+
+TEST(LocalMapper, AsksTheLearnedMatcherForTheBestNeighboursOnly) {
+  for (const bool in_a_hurry : {false, true}) {
+    for (const int wanted : {0, 1, 2, 9}) {
+      const auto learned = std::make_shared<CountingMatcher>();
+      const auto classical = std::make_shared<CountingMatcher>();
+      FeatureFamily family;
+      family.matcher = learned;
+      family.classical = classical;
+      LocalMapperOptions options;
+      options.creation.learned_neighbours = wanted;
+      SharedMap map(test_map(6, 120));
+      LocalMapper(family, options).process(map, {5}, [&] { return in_a_hurry; });
+      EXPECT_EQ(learned->calls, std::min(wanted, in_a_hurry ? 1 : options.creation.neighbours));
+      EXPECT_EQ(learned->calls + classical->calls, options.creation.neighbours);
+    }
+  }
+}
+
 TEST(LocalMapper, FusesWhatWasMadeTwice) {
   Map world = test_map(4, 80);
   const auto points = test_points(80, 1);

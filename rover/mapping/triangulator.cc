@@ -94,6 +94,8 @@ class PairTriangulator {
 
 void LandmarkCreationOptions::check() const {
   require(neighbours > 0, "mapping.neighbours is {}; use 1 or more", neighbours);
+  require(learned_neighbours >= 0, "mapping.learned_neighbours is {}; use 0 or more",
+          learned_neighbours);
   require(matched_share > 0 && matched_share <= 1,
           "mapping.matched_share is {}; use a share up to 1", matched_share);
   require(min_parallax > 0 && good_parallax > min_parallax,

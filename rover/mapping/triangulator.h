@@ -10,7 +10,8 @@
 namespace rover {
 
 struct LandmarkCreationOptions {
-  int neighbours = 3;          // keyframes matched with the new one
+  int neighbours = 3;          // keyframes matched with the new one ...
+  int learned_neighbours = 1;  // ... the best so many of them by the learned matcher
   double matched_share = 0.6;  // of a keyframe's features that the matcher is given
   double min_baseline = 0.01;  // of the median depth: nearer keyframes give no depth
   double good_parallax = 5;    // deg between two views: more makes no better neighbour
@@ -22,7 +23,7 @@ struct LandmarkCreationOptions {
   void check() const;
 };
 
-// A keyframe's features joined to a neighbour's by the learned matcher.
+// A keyframe's features joined to a neighbour's.
 struct NeighbourMatches {
   KeyframeId neighbour;
   std::vector<Match> matches;  // a: of the new keyframe, b: of the neighbour

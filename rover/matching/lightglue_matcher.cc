@@ -78,13 +78,6 @@ LightGlueMatcher::LightGlueMatcher(Runtime& runtime, const LightGlueOptions& opt
   }
 }
 
-std::shared_ptr<const Matcher> LightGlueMatcher::with_pauses(
-    const std::function<void()>& pause) const {
-  auto copy = std::make_shared<LightGlueMatcher>(*this);
-  copy->options_.between_layers = pause;
-  return copy;
-}
-
 namespace {
 
 // LightGlue's own normalisation: the image's longer side spans [-1, 1].
@@ -214,7 +207,6 @@ LightGlueResult LightGlueMatcher::run(const MatchInput& a, const MatchInput& b) 
       side_b.keep(stay_b);
       result.pruned += dropped;
     }
-    if (options_.between_layers) options_.between_layers();
   }
   result.matches = assign(result.layers - 1, side_a, side_b);
   return result;

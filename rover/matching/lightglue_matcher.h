@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,9 +17,8 @@ struct LightGlueOptions {
   float min_score = 0.1f;    // of a match, in (0, 1)
   float exit_share = 0.95f;  // of confident points at which no further layer is run;
                              // above 1: never leave early
-  float prune_matchability = 0.01f;      // confident points below it are dropped; 0: none
-  int min_pruned = 64;                   // fewer are left in: copying the rest would cost more
-  std::function<void()> between_layers;  // called after every layer but the last, if set
+  float prune_matchability = 0.01f;  // confident points below it are dropped; 0: none
+  int min_pruned = 64;               // fewer are left in: copying the rest would cost more
 
   void check() const;
 };
@@ -49,8 +47,6 @@ class LightGlueMatcher : public Matcher {
     return run(a, b).matches;
   }
   LightGlueResult run(const MatchInput& a, const MatchInput& b) const;
-
-  std::shared_ptr<const Matcher> with_pauses(const std::function<void()>& pause) const override;
 
  private:
   struct Side;   // one image's points on their way through the layers

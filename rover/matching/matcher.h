@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -30,13 +28,6 @@ class Matcher {
   virtual ~Matcher() = default;
   virtual std::vector<Match> match(const MatchInput& a, const MatchInput& b) const = 0;
   virtual bool needs_images() const { return false; }
-
-  // The same matcher, calling `pause` every few milliseconds of its work, so that mapping can let
-  // tracking go first. Null if it never works for longer than that.
-  virtual std::shared_ptr<const Matcher> with_pauses(
-      [[maybe_unused]] const std::function<void()>& pause) const {
-    return nullptr;
-  }
 };
 
 }  // namespace rover

@@ -3,183 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <variant>
 
 #include <yaml-cpp/yaml.h>
 
 #include "rover/base/error.h"
+#include "rover/slam/config_fields.h"
 
 namespace rover {
 namespace {
-
-using Field = std::variant<int*, double*, float*, bool*, std::string*, std::uint64_t*>;
-using Fields = std::vector<std::pair<std::string, Field>>;
-
-void add_tracking(TrackerOptions& t, Fields& fields) {
-  fields.insert(fields.end(),
-                {{"tracking.motion_radius", &t.motion_radius},
-                 {"tracking.local_radius", &t.local_radius},
-                 {"tracking.confident_inliers", &t.confident_inliers},
-                 {"tracking.min_inliers", &t.min_inliers},
-                 {"tracking.learned", &t.learned_tracking},
-                 {"tracking.refine", &t.refine},
-                 {"tracking.max_lost", &t.max_lost},
-                 {"tracking.max_lost_young", &t.max_lost_young},
-                 {"tracking.min_stereo_points", &t.min_stereo_points},
-                 {"tracking.max_view_angle", &t.search.max_view_angle},
-                 {"tracking.local_keyframes", &t.local_map.max_keyframes},
-                 {"tracking.recent_keyframes", &t.local_map.recent_keyframes},
-                 {"tracking.near_keyframes", &t.local_map.near_keyframes},
-                 {"tracking.near_distance", &t.local_map.near_distance},
-                 {"tracking.near_angle", &t.local_map.near_angle},
-                 {"keyframe.min_tracked_share", &t.keyframe.min_tracked_share},
-                 {"keyframe.max_parallax", &t.keyframe.max_parallax},
-                 {"keyframe.max_rotation", &t.keyframe.max_rotation},
-                 {"keyframe.min_landmarks", &t.keyframe.min_landmarks},
-                 {"keyframe.min_near", &t.keyframe.min_near},
-                 {"keyframe.min_new_near", &t.keyframe.min_new_near},
-                 {"keyframe.min_inliers", &t.keyframe.min_inliers},
-                 {"keyframe.min_gap", &t.keyframe.min_gap},
-                 {"relocalization.min_matches", &t.relocalization.min_matches},
-                 {"relocalization.min_inliers", &t.relocalization.min_inliers},
-                 {"relocalization.matched_share", &t.relocalization.matched_share},
-                 {"relocalization.ransac_sigma", &t.relocalization.ransac_sigma},
-                 {"relocalization.recent_keyframes", &t.relocalization.recent_keyframes},
-                 {"relocalization.tries_per_frame", &t.relocalization.tries_per_frame},
-                 {"initialization.min_features", &t.initialization.min_features},
-                 {"initialization.min_matches", &t.initialization.min_matches},
-                 {"initialization.min_motion", &t.initialization.min_motion},
-                 {"initialization.preview_share", &t.initialization.preview_share},
-                 {"initialization.max_pending", &t.initialization.max_pending},
-                 {"initialization.max_reference_age", &t.initialization.max_reference_age},
-                 {"stereo.max_baselines", &t.stereo.max_baselines},
-                 {"stereo.max_relative_sigma", &t.stereo.max_relative_sigma},
-                 {"stereo.min_landmarks", &t.stereo.min_landmarks}});
-}
-
-void add_mapping(LocalMapperOptions& m, Fields& fields) {
-  fields.insert(fields.end(), {{"mapping.neighbours", &m.creation.neighbours},
-                               {"mapping.matched_share", &m.creation.matched_share},
-                               {"mapping.min_baseline", &m.creation.min_baseline},
-                               {"mapping.good_parallax", &m.creation.good_parallax},
-                               {"mapping.min_parallax", &m.creation.min_parallax},
-                               {"mapping.chi2", &m.creation.chi2},
-                               {"mapping.fusion_neighbours", &m.fusion_neighbours},
-                               {"mapping.fusion_radius", &m.fusion_radius},
-                               {"mapping.window", &m.window},
-                               {"mapping.max_fixed", &m.max_fixed},
-                               {"mapping.first_iterations", &m.adjustment.first_iterations},
-                               {"mapping.second_iterations", &m.adjustment.second_iterations},
-                               {"mapping.min_found_share", &m.min_found_share},
-                               {"mapping.min_observations", &m.min_observations},
-                               {"mapping.probation", &m.probation},
-                               {"mapping.redundant_share", &m.redundant_share},
-                               {"mapping.kept_images", &m.kept_images}});
-}
-
-void add_inertial(Config& c, Fields& fields) {
-  InertialTrackingOptions& t = c.tracking.inertial;
-  InertialMapperOptions& m = c.mapping.inertial;
-  InitializationOptions& i = m.initialization;
-  StillnessOptions& s = c.tracking.still;
-  fields.insert(fields.end(),
-                {{"keyframe.max_gap_waiting", &c.tracking.keyframe.max_gap_waiting},
-                 {"keyframe.fading_gap", &c.tracking.keyframe.fading_gap},
-                 {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
-                 {"keyframe.moving_parallax", &c.tracking.keyframe.moving_parallax},
-                 {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},
-                 {"mapping.recent_gap", &c.mapping.gaps.recent},
-                 {"mapping.old_gap", &c.mapping.gaps.old},
-                 {"mapping.settled_after", &c.mapping.gaps.settled},
-                 {"still.min_duration", &s.min_duration},
-                 {"still.max_pixel_motion", &s.max_pixel_motion},
-                 {"still.min_landmarks", &s.min_landmarks},
-                 {"still.velocity_sigma", &s.velocity_sigma},
-                 {"still.gyroscope", &s.rest.gyroscope},
-                 {"still.accelerometer", &s.rest.accelerometer},
-                 {"still.gravity", &s.rest.gravity},
-                 {"imu.gyroscope_inflation", &t.noise.gyroscope_inflation},
-                 {"imu.accelerometer_inflation", &t.noise.accelerometer_inflation},
-                 {"imu.gyroscope_walk_inflation", &t.noise.gyroscope_walk_inflation},
-                 {"imu.accelerometer_walk_inflation", &t.noise.accelerometer_walk_inflation},
-                 {"imu.gap", &t.noise.gap},
-                 {"imu.gap_angular_velocity", &t.noise.gap_angular_velocity},
-                 {"imu.gap_acceleration", &t.noise.gap_acceleration},
-                 {"imu.time_offset", &c.imu_time_offset},
-                 {"inertial.position_sigma", &t.position_sigma},
-                 {"inertial.rotation_sigma", &t.rotation_sigma},
-                 {"inertial.velocity_sigma", &t.velocity_sigma},
-                 {"inertial.gyroscope_bias_sigma", &t.gyroscope_bias_sigma},
-                 {"inertial.accelerometer_bias_sigma", &t.accelerometer_bias_sigma},
-                 {"inertial.min_inliers", &t.min_inliers},
-                 {"inertial.min_gap", &t.min_gap},
-                 {"inertial.max_dead_reckoning", &t.max_dead_reckoning},
-                 {"inertial.max_interval", &t.max_interval},
-                 {"inertial.window", &m.window},
-                 {"inertial.stereo_window", &m.stereo_window},
-                 {"inertial.min_keyframes", &m.min_keyframes},
-                 {"inertial.max_keyframes", &m.max_keyframes},
-                 {"inertial.max_scale_sigma", &i.max_scale_sigma},
-                 {"inertial.max_gravity_sigma", &i.max_gravity_sigma},
-                 {"inertial.max_chi2_ratio", &i.max_chi2_ratio},
-                 {"inertial.prior_gyroscope_bias", &i.gyroscope_bias_sigma},
-                 {"inertial.prior_accelerometer_bias", &i.accelerometer_bias_sigma},
-                 {"inertial.first_refinement", &m.first_refinement},
-                 {"inertial.refinement_interval", &m.refinement_interval},
-                 {"inertial.soonest_refinement", &m.soonest_refinement},
-                 {"inertial.max_refined", &m.max_refined},
-                 {"inertial.scale_sigma", &m.scale_sigma},
-                 {"inertial.max_gyroscope_bias", &m.max_gyroscope_bias},
-                 {"inertial.max_accelerometer_bias", &m.max_accelerometer_bias},
-                 {"inertial.max_reprojection_ratio", &m.max_reprojection_ratio},
-                 {"inertial.max_link_chi2", &m.max_link_chi2},
-                 {"inertial.trial_period", &m.trial_period},
-                 {"inertial.estimate_time_offset", &m.calibration.time_offset},
-                 {"inertial.refine_extrinsics", &m.calibration.extrinsics},
-                 {"inertial.prior_time_offset", &m.calibration.prior_time_offset},
-                 {"inertial.prior_extrinsic_rotation", &m.calibration.prior_rotation},
-                 {"inertial.prior_extrinsic_translation", &m.calibration.prior_translation},
-                 {"inertial.max_time_sigma", &m.calibration.max_time_sigma},
-                 {"inertial.max_rotation_sigma", &m.calibration.max_rotation_sigma},
-                 {"inertial.first_calibration", &m.first_calibration},
-                 {"inertial.calibration_interval", &m.calibration_interval},
-                 {"inertial.max_calibrated", &m.max_calibrated}});
-}
-
-// Every setting by its key. The one list that reading and writing are made from.
-Fields fields_of(Config& c) {
-  Fields fields = {{"family", &c.family},
-                   {"seed", &c.seed},
-                   {"threads", &c.runtime.threads},
-                   {"mapping_queue", &c.mapping_queue},
-                   {"features", &c.frame.features},
-                   {"extraction.adaptive", &c.extraction.adaptive},
-                   {"extraction.min_features", &c.extraction.min_features},
-                   {"extraction.mu1", &c.extraction.mu1},
-                   {"extraction.mu2", &c.extraction.mu2},
-                   {"extraction.radius", &c.extraction.radius},
-                   {"extraction.precision", &c.extraction.precision},
-                   {"tracking.matcher", &c.tracking_matcher},
-                   {"mapping.matcher", &c.mapping_matcher},
-                   {"model_sigma", &c.weighting.model_sigma},
-                   {"refinement.half_window", &c.refinement.half_window},
-                   {"refinement.max_iterations", &c.refinement.max_iterations},
-                   {"refinement.max_shift", &c.refinement.max_shift},
-                   {"refinement.min_correlation", &c.refinement.min_correlation},
-                   {"refinement.min_sigma", &c.refinement.min_sigma},
-                   {"stereo.min_similarity", &c.frame.stereo.min_similarity},
-                   {"stereo.epipolar_gate", &c.frame.stereo.epipolar_gate},
-                   {"stereo.min_depth", &c.frame.stereo.min_depth},
-                   {"stereo.max_depth", &c.frame.stereo.max_depth},
-                   {"stereo.refine", &c.frame.stereo.refine},
-                   {"final.first_iterations", &c.final_adjustment.first_iterations},
-                   {"final.second_iterations", &c.final_adjustment.second_iterations},
-                   {"final.max_inertial_keyframes", &c.max_finally_adjusted}};
-  add_tracking(c.tracking, fields);
-  add_mapping(c.mapping, fields);
-  add_inertial(c, fields);
-  return fields;
-}
 
 // One file being read; knows where it is for error messages.
 class ConfigReader {
@@ -231,7 +62,7 @@ class ConfigReader {
   static const char* kind_of(const std::string&) { return "a word"; }
 
   std::string file_;
-  std::map<std::string, Field> fields_;
+  std::map<std::string, ConfigField> fields_;
 };
 
 template <class T>

@@ -5,9 +5,8 @@
 #include <map>
 
 #include "rover/base/error.h"
-#include "rover/base/priority_gate.h"
 #include "rover/map/atlas.h"
-#include "rover/optimization/inertial_map_adjustment.h"
+#include "rover/slam/final_adjustment.h"
 #include "rover/slam/mapping_worker.h"
 
 namespace rover {
@@ -85,8 +84,9 @@ class System::Implementation {
     tracker_ =
         std::make_unique<Tracker>(atlas_, rig_, with_matcher(family_, config_.tracking_matcher),
                                   config_.tracking, config_.seed, imu_);
-    worker_ = std::make_unique<MappingWorker>(LocalMapper(mapping_family(), config_.mapping),
-                                              config_.execution, config_.mapping_queue);
+    worker_ = std::make_unique<MappingWorker>(
+        LocalMapper(with_matcher(family_, config_.mapping_matcher), config_.mapping),
+        config_.execution, config_.mapping_queue);
     placed_.clear();
     next_frame_ = 0;
     last_time_.reset();
@@ -129,12 +129,7 @@ class System::Implementation {
     const auto largest = largest_map();
     if (!largest) return 0;
     Stopwatch watch;
-    const auto shared = atlas_->maps()[static_cast<std::size_t>(largest->value)];
-    if (shared->view()->inertial().aligned) {
-      adjust_with_inertia(*shared);
-    } else {
-      adjust_visually(*shared);
-    }
+    adjust_finally(*atlas_->maps()[static_cast<std::size_t>(largest->value)], config_);
     return watch.lap_ms();
   }
 
@@ -184,25 +179,6 @@ class System::Implementation {
     return static_cast<Timestamp>(config_.imu_time_offset * kNanosecondsPerSecond);
   }
 
-  void adjust_visually(SharedMap& shared) const {
-    MapProblem problem = gather_whole_map(*shared.view(), config_.weighting);
-    const BundleSummary summary = adjust(problem, config_.final_adjustment);
-    shared.commit([&](Map& map) { commit_adjustment(map, problem, summary); });
-  }
-
-  void adjust_with_inertia(SharedMap& shared) const {
-    InertialMapProblem problem =
-        gather_newest(*shared.view(), config_.max_finally_adjusted, config_.weighting);
-    const auto summary = adjust_inertial_bundle(
-        problem.inertial, {.bundle = config_.final_adjustment, .scale_sigma = true});
-    InertialStatus status = shared.view()->inertial();
-    if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
-    shared.commit([&](Map& map) {
-      commit_inertial_adjustment(map, problem, summary);
-      map.set_inertial(status);
-    });
-  }
-
   static TrackingResult left_out(FrameId id, Timestamp time) {
     TrackingResult result;
     result.anchored.frame = id;
@@ -220,7 +196,6 @@ class System::Implementation {
   }
 
   TrackingResult track(FrameId id, Timestamp time, const cv::Mat& left, const cv::Mat& right) {
-    const PriorityGate::Hold hold(gate_);
     if (shows_nothing_new(left)) return tracker_->skip(id, time);
     last_left_ = left;
     StageTimes times;
@@ -236,16 +211,6 @@ class System::Implementation {
   // A camera that repeats its last image says nothing of this moment, unless nothing moves.
   bool shows_nothing_new(const cv::Mat& left) const {
     return imu_ && saw_features_ && !tracker_->still() && is_same_image(left, last_left_);
-  }
-
-  // Mapping on a thread of its own steps aside for tracking between the layers of the matcher.
-  FeatureFamily mapping_family() {
-    FeatureFamily family = with_matcher(family_, config_.mapping_matcher);
-    if (config_.execution == Execution::kConcurrent) {
-      const auto pausing = family.matcher->with_pauses([this] { gate_.yield(); });
-      if (pausing) family.matcher = pausing;
-    }
-    return family;
   }
 
   void record(const TrackingResult& result) {
@@ -265,7 +230,6 @@ class System::Implementation {
   std::shared_ptr<const Rig> rig_;
   std::unique_ptr<Runtime> runtime_;
   FeatureFamily family_;
-  PriorityGate gate_;
   std::unique_ptr<FrameBuilder> builder_;
   std::shared_ptr<Atlas> atlas_;
   std::unique_ptr<Tracker> tracker_;

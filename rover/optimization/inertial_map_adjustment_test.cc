@@ -118,6 +118,37 @@ TEST(InertialMapAdjustment, AWindowWithNothingBeforeItIsFree) {
   EXPECT_EQ(problem.inertial.priors.size(), 1u);  // of the biases that the chain begins with
 }
 
+// Velocity and biases, by the state, without how they turn with it about the vertical.
+Eigen::Matrix<double, 9, 15> by_state_without_turn(const InertialState& state) {
+  Eigen::Matrix<double, 9, 15> by_state = Eigen::Matrix<double, 9, 15>::Zero();
+  by_state.rightCols<9>().setIdentity();
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  by_state.block<3, 3>(0, 3) =
+      -up.cross(state.velocity) * up.transpose() * state.world_from_body.rotation_matrix();
+  return by_state;
+}
+
+// What is told of tilt, scale and the rest apart is, together, what was found.
+TEST(InertialMapAdjustment, TellsAllThatAFreeMapKnowsOfVelocityAndBiases) {
+  for (const int cameras : {1, 2}) {
+    const auto flight = simulate_flight({.cameras = cameras, .points = 120, .imu_inflation = 8});
+    Map map = SimulatedMap(flight).make(12);
+    InertialMapProblem problem = gather_newest(map, kAll, {});
+    const auto summary =
+        adjust_inertial_bundle(problem.inertial, {.covariance = true, .scale_sigma = true});
+    commit_inertial_adjustment(map, problem, summary);
+    const Keyframe& newest = map.at(map.newest_keyframe());
+    ASSERT_TRUE(newest.covariance);
+    const auto by_state = by_state_without_turn(newest.state());
+    const Matrix9d told = by_state * newest.covariance->covariance() * by_state.transpose();
+    const Matrix9d found = by_state * summary.covariance.back() * by_state.transpose();
+    const Vector9d sigma = found.diagonal().cwiseSqrt();
+    const Matrix9d off =
+        sigma.asDiagonal().inverse() * (told - found) * sigma.asDiagonal().inverse();
+    EXPECT_LT(off.cwiseAbs().maxCoeff(), 1e-3) << cameras << " cameras";
+  }
+}
+
 TEST(InertialMapAdjustment, WhatIsOlderMovesAlong) {
   const auto flight = flight_of(12);
   Map map = SimulatedMap(flight).make(12);

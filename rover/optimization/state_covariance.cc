@@ -57,6 +57,8 @@ std::size_t newest_free(const InertialMapProblem& problem) {
 }
 
 using Matrix7x3d = Eigen::Matrix<double, 7, 3>;
+using Matrix3x7d = Eigen::Matrix<double, 3, 7>;
+using Matrix97d = Eigen::Matrix<double, 9, 7>;
 
 // Given the drift of what the window held fixed.
 StateCovariance in_window(const InertialState& state, const InertialBundleSummary& summary,
@@ -106,24 +108,48 @@ Free free_of(const InertialBundleSummary& summary, std::size_t pose, const Matri
   return free;
 }
 
+// A state's tilt and the scale by its pose and the scale.
+Matrix3x7d error_by_own(const InertialState& state) {
+  Matrix3x7d by_own = Matrix3x7d::Zero();
+  by_own.block<2, 3>(0, 3) = state.world_from_body.rotation_matrix().topRows<2>();
+  by_own(2, 6) = 1;
+  return by_own;
+}
+
+// How velocity and biases move as the state turns about the vertical: by the map's own turn, which
+// nobody knows, they are not wrong.
+Matrix97d rest_by_turn(const InertialState& state) {
+  Matrix97d by_own = Matrix97d::Zero();
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  by_own.block<3, 3>(0, 3) =
+      up.cross(state.velocity) * up.transpose() * state.world_from_body.rotation_matrix();
+  return by_own;
+}
+
 // Where nothing was fixed, a state's own tilt and the scale are the map's error; velocity and
-// biases err with them, and with the pose, as regression says. `seen` is what tells the pose from
-// the map.
+// biases err with these as regression says, and by the rest. All of it is kept: regression on what
+// is not told on, the way since the map began, would take away what velocity and scale have in
+// common with it. `seen` is what tells the pose from the map.
 StateCovariance by_itself(const InertialState& state, const Free& free, const Matrix6d& seen) {
-  const Eigen::Matrix<double, 9, 7> by_own =
-      free.own.ldlt().solve(free.rest_with_own.transpose()).transpose();
+  const Matrix97d by_turn = rest_by_turn(state);
+  const Matrix3x7d error = error_by_own(state);
+  const Matrix97d with_own = free.rest_with_own - by_turn * free.own;
+  const Matrix9d turned = free.rest_with_own * by_turn.transpose();
+  const Matrix9d rest =
+      free.rest - turned - turned.transpose() + by_turn * free.own * by_turn.transpose();
+  const Eigen::Matrix3d tilt_and_scale = error * free.own * error.transpose();
+  const Eigen::Matrix<double, 9, 3> by_error =
+      tilt_and_scale.ldlt().solve(error * with_own.transpose()).transpose();
   const Matrix6d in_map = both(free.own.topLeftCorner<6, 6>(), seen);
   Eigen::Matrix<double, 15, 6> by_pose;
-  by_pose << Matrix6d::Identity(), by_own.leftCols<6>();
+  by_pose << Matrix6d::Identity(), (by_error * error + by_turn).leftCols<6>();
   StateCovariance known;
   known.mean = state;
   known.given_map = by_pose * in_map * by_pose.transpose();
-  known.given_map.bottomRightCorner<9, 9>() += free.rest - by_own * free.rest_with_own.transpose();
+  known.given_map.bottomRightCorner<9, 9>() +=
+      rest - by_error * tilt_and_scale * by_error.transpose();
   known.response = upright(state);
-  Matrix7x3d own_by_error = Matrix7x3d::Zero();
-  own_by_error.topRows<6>() = known.response.topRows<6>();
-  own_by_error(6, 2) = 1;
-  known.response.bottomRows<9>() = by_own * own_by_error;
+  known.response.bottomRows<9>() = by_error;
   const Matrix7d similarity = similarity_by_pose(state.world_from_body);
   known.drift = similarity * free.own * similarity.transpose();
   Matrix7d around = free.own;

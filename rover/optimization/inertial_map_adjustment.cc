@@ -29,6 +29,13 @@ void add_links(const Map& map, InertialMapProblem& problem) {
   }
 }
 
+// What is known of a state from before it. The alignment tells of the keyframes before it with all
+// that came after them, too: windows that begin there would count that twice.
+StatePrior forward_prior(const Map& map, const Keyframe& keyframe) {
+  const auto prior = keyframe.frame.time < map.inertial().begin ? std::nullopt : prior_of(keyframe);
+  return prior.value_or(bias_prior(ImuBias{}, kGyroscopeBiasSigma, kAccelerometerBiasSigma));
+}
+
 // The state before the window is known as it was before the window's links: with these, and with
 // what is seen along them, it is found anew. Biases that nobody has estimated are known roughly.
 void add_border(const Map& map, KeyframeId before, InertialMapProblem& problem) {
@@ -38,9 +45,7 @@ void add_border(const Map& map, KeyframeId before, InertialMapProblem& problem) 
   const auto begins = [&](const InertialLink& link) { return link.from == pose; };
   if (std::ranges::none_of(inertial.links, begins)) return;
   inertial.border = pose;
-  inertial.priors.push_back(
-      {pose, prior_of(map.at(before))
-                 .value_or(bias_prior(ImuBias{}, kGyroscopeBiasSigma, kAccelerometerBiasSigma))});
+  inertial.priors.push_back({pose, forward_prior(map, map.at(before))});
 }
 
 // The biases that a chain of links begins with are known only roughly; a state without any link

@@ -41,7 +41,8 @@ void RunRecorder::add(std::int64_t index, const TrackingResult& result, double t
   odometry_.push_back({pose.time, odometry_from_body_});
   covariances_.emplace_back(pose.time, result.covariance);
   if (result.inertial) {
-    states_.push_back({pose.time, *result.inertial, result.inertial_covariance, result.drift});
+    states_.push_back(
+        state_record(pose.time, *result.inertial, result.inertial_covariance, result.drift));
   }
 }
 

@@ -1,7 +1,5 @@
 #include "rover/cli/states_csv.h"
 
-#include <cmath>
-
 #include <fmt/format.h>
 
 #include "rover/optimization/drift.h"
@@ -10,10 +8,8 @@ namespace rover {
 namespace {
 
 // Of position (world axes) and the turn about the vertical since the map began.
-Eigen::Vector4d world_sigma(const StateRecord& record) {
-  const SE3& pose = record.state.world_from_body;
-  const Matrix6d covariance =
-      with_drift(pose, record.covariance.topLeftCorner<6, 6>(), record.drift);
+Eigen::Vector4d world_sigma(const SE3& pose, const Matrix6d& here, const Eigen::Matrix4d& drift) {
+  const Matrix6d covariance = with_drift(pose, here, drift);
   const Eigen::Matrix3d rotation = pose.rotation_matrix();
   const auto turned = [&](int at) {
     return Eigen::Vector3d(
@@ -26,6 +22,12 @@ Eigen::Vector4d world_sigma(const StateRecord& record) {
 
 }  // namespace
 
+StateRecord state_record(Timestamp time, const InertialState& state, const Matrix15d& covariance,
+                         const Eigen::Matrix4d& drift) {
+  return {time, state.velocity, state.bias, covariance.diagonal().tail<9>().cwiseSqrt(),
+          world_sigma(state.world_from_body, covariance.topLeftCorner<6, 6>(), drift)};
+}
+
 std::string states_csv(const std::vector<StateRecord>& states) {
   std::string text = "time";
   for (const char* prefix : {"", "sigma_"}) {
@@ -36,12 +38,11 @@ std::string states_csv(const std::vector<StateRecord>& states) {
   }
   text += ",sigma_px,sigma_py,sigma_pz,sigma_yaw\n";
   for (const StateRecord& record : states) {
-    const auto& [time, state, covariance, drift] = record;
-    text += format_seconds(time);
-    for (const double v : state.velocity) text += fmt::format(",{:.6f}", v);
-    for (const double b : state.bias.vector()) text += fmt::format(",{:.7f}", b);
-    for (int i = 6; i < 15; ++i) text += fmt::format(",{:.3e}", std::sqrt(covariance(i, i)));
-    for (const double sigma : world_sigma(record)) text += fmt::format(",{:.3e}", sigma);
+    text += format_seconds(record.time);
+    for (const double v : record.velocity) text += fmt::format(",{:.6f}", v);
+    for (const double b : record.bias.vector()) text += fmt::format(",{:.7f}", b);
+    for (const double sigma : record.sigma) text += fmt::format(",{:.3e}", sigma);
+    for (const double sigma : record.drift_sigma) text += fmt::format(",{:.3e}", sigma);
     text += '\n';
   }
   return text;

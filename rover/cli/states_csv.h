@@ -11,10 +11,10 @@ namespace rover {
 // One line of states.csv: of each frame of a run, so nothing more is kept than what is written.
 struct StateRecord {
   Timestamp time = 0;
-  Eigen::Vector3d velocity;           // m/s, world
-  ImuBias bias;                       // rad/s, m/s^2
-  Eigen::Matrix<double, 9, 1> sigma;  // of velocity and biases
-  Eigen::Vector4d drift_sigma;        // m, rad: of position (world axes) and yaw
+  Eigen::Vector3d velocity;     // m/s, world
+  ImuBias bias;                 // rad/s, m/s^2
+  Vector9d sigma;               // of velocity and biases
+  Eigen::Vector4d drift_sigma;  // m, rad: of position (world axes) and yaw
 };
 
 // `covariance`: of pose, velocity and biases given position and yaw of the map; `drift`: of the map

@@ -58,7 +58,7 @@ std::size_t newest_free(const InertialMapProblem& problem) {
 
 using Matrix7x3d = Eigen::Matrix<double, 7, 3>;
 using Matrix3x7d = Eigen::Matrix<double, 3, 7>;
-using Matrix97d = Eigen::Matrix<double, 9, 7>;
+using Matrix9x7d = Eigen::Matrix<double, 9, 7>;
 
 // Given the drift of what the window held fixed.
 StateCovariance in_window(const InertialState& state, const InertialBundleSummary& summary,
@@ -90,7 +90,7 @@ Matrix6d both(const Matrix6d& covariance, const Matrix6d& information) {
 // them. Stereo has no scale to err by.
 struct Free {
   Matrix7d own = Matrix7d::Zero();
-  Eigen::Matrix<double, 9, 7> rest_with_own;
+  Matrix9x7d rest_with_own;
   Matrix9d rest;
 };
 
@@ -118,8 +118,8 @@ Matrix3x7d error_by_own(const InertialState& state) {
 
 // How velocity and biases move as the state turns about the vertical: by the map's own turn, which
 // nobody knows, they are not wrong.
-Matrix97d rest_by_turn(const InertialState& state) {
-  Matrix97d by_own = Matrix97d::Zero();
+Matrix9x7d rest_by_turn(const InertialState& state) {
+  Matrix9x7d by_own = Matrix9x7d::Zero();
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   by_own.block<3, 3>(0, 3) =
       up.cross(state.velocity) * up.transpose() * state.world_from_body.rotation_matrix();
@@ -131,9 +131,9 @@ Matrix97d rest_by_turn(const InertialState& state) {
 // is not told on, the way since the map began, would take away what velocity and scale have in
 // common with it. `seen` is what tells the pose from the map.
 StateCovariance by_itself(const InertialState& state, const Free& free, const Matrix6d& seen) {
-  const Matrix97d by_turn = rest_by_turn(state);
+  const Matrix9x7d by_turn = rest_by_turn(state);
   const Matrix3x7d error = error_by_own(state);
-  const Matrix97d with_own = free.rest_with_own - by_turn * free.own;
+  const Matrix9x7d with_own = free.rest_with_own - by_turn * free.own;
   const Matrix9d turned = free.rest_with_own * by_turn.transpose();
   const Matrix9d rest =
       free.rest - turned - turned.transpose() + by_turn * free.own * by_turn.transpose();

@@ -74,6 +74,7 @@ struct Flight {
   Timestamp epoch = kEpoch;
   ImuRecording imu;
   ImuCalibration calibration;
+  std::optional<MotionFitResiduals> real;  // what the motion leaves of real inertial data
 };
 
 fs::path inertial_file_beside(const fs::path& ground_truth) {
@@ -116,10 +117,22 @@ Flight fly_along(const SimulateOptions& options) {
   flight.motion = options.speed == 1 ? fit.motion : hurried(fit.motion, options.speed);
   flight.epoch = fit.origin;
   flight.calibration = imu_options(options).calibration;
-  flight.imu = imu.empty() || options.synthetic_imu
-                   ? synthesize_imu(*flight.motion, fit.origin, imu_options(options))
-                   : real_imu(fit, imu, fit.origin);
+  const bool is_real = !imu.empty() && !options.synthetic_imu;
+  flight.imu = is_real ? real_imu(fit, imu, fit.origin)
+                       : synthesize_imu(*flight.motion, fit.origin, imu_options(options));
+  if (is_real) flight.real = fit.residuals;
   return flight;
+}
+
+void tell(const MotionFitResiduals& real) {
+  std::cout << fmt::format(
+      "real inertial data: below 5 Hz {:.4f} rad/s and {:.3f} m/s2 off the ground truth's motion, "
+      "in the worst 5 s {:.4f} and {:.3f}\n",
+      real.slow_gyroscope, real.slow_accelerometer, real.worst_gyroscope, real.worst_accelerometer);
+  if (!real.contradicts()) return;
+  std::cerr
+      << "warning: inertial data and ground truth contradict each other there; choose another "
+         "stretch with --start and --duration, or give --synthetic-imu\n";
 }
 
 SE3 between(const SE3& a, const SE3& b, double share) {
@@ -287,6 +300,7 @@ void simulate(SimulateOptions options) {
   std::cout << fmt::format("{}: {} frames of {} camera{}, {} inertial samples\n", options.output,
                            frames, sequence.rig.size(), sequence.rig.size() == 1 ? "" : "s",
                            flight.imu.samples.size());
+  if (flight.real) tell(*flight.real);
 }
 
 void add_scene_options(CLI::App* command, SimulateOptions& options) {

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kShortest = 2;       // s
 constexpr double kSlow = 5;           // Hz
+constexpr double kStretch = 5;        // s
 constexpr double kKnotsPerGap = 0.6;  // without inertial data: knot intervals in the longest gap
 
 // --- the part of the ground truth to fit --------------------------------------------------------
@@ -146,15 +147,27 @@ std::vector<Eigen::Vector3d> low_pass(const std::vector<Eigen::Vector3d>& values
   return passed;
 }
 
+// The largest root mean square of all stretches of so many values that half overlap.
+double worst_stretch(const std::vector<Eigen::Vector3d>& values, std::size_t length) {
+  if (values.size() <= length) return root_mean_square(values);
+  double worst = 0;
+  for (std::size_t begin = 0; begin + length <= values.size(); begin += (length + 1) / 2) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(begin);
+    worst = std::max(worst, root_mean_square({first, first + static_cast<std::ptrdiff_t>(length)}));
+  }
+  return worst;
+}
+
 MotionFitResiduals summarize(const MotionFitProblem& problem) {
   const auto residuals = problem.residuals();
   const double rate = static_cast<double>(residuals.gyroscope.size()) / problem.motion().end();
-  return {root_mean_square(residuals.position),
-          root_mean_square(residuals.rotation),
-          root_mean_square(residuals.gyroscope),
-          root_mean_square(residuals.accelerometer),
-          root_mean_square(low_pass(residuals.gyroscope, kSlow, rate)),
-          root_mean_square(low_pass(residuals.accelerometer, kSlow, rate))};
+  const auto slow_gyroscope = low_pass(residuals.gyroscope, kSlow, rate);
+  const auto slow_accelerometer = low_pass(residuals.accelerometer, kSlow, rate);
+  const auto stretch = std::max<std::size_t>(1, static_cast<std::size_t>(kStretch * rate));
+  return {root_mean_square(residuals.position),   root_mean_square(residuals.rotation),
+          root_mean_square(residuals.gyroscope),  root_mean_square(residuals.accelerometer),
+          root_mean_square(slow_gyroscope),       root_mean_square(slow_accelerometer),
+          worst_stretch(slow_gyroscope, stretch), worst_stretch(slow_accelerometer, stretch)};
 }
 
 }  // namespace

@@ -35,14 +35,23 @@ struct MotionFitOptions {
   void check() const;
 };
 
-// Root mean squares of what a fit leaves, each a vector's length. Slow: below 5 Hz.
+// Root mean squares of what a fit leaves, each a vector's length. Slow: below 5 Hz; worst: of the
+// slow ones, those of the worst 5 s. Where ground truth and inertial data contradict each other,
+// the worst tell.
 struct MotionFitResiduals {
-  double position = 0;            // m, of the ground truth
-  double rotation = 0;            // rad
-  double gyroscope = 0;           // rad/s; zero, like the rest, without inertial data
-  double accelerometer = 0;       // m/s^2
-  double slow_gyroscope = 0;      // rad/s
-  double slow_accelerometer = 0;  // m/s^2
+  double position = 0;             // m, of the ground truth
+  double rotation = 0;             // rad
+  double gyroscope = 0;            // rad/s; zero, like the rest, without inertial data
+  double accelerometer = 0;        // m/s^2
+  double slow_gyroscope = 0;       // rad/s
+  double slow_accelerometer = 0;   // m/s^2
+  double worst_gyroscope = 0;      // rad/s
+  double worst_accelerometer = 0;  // m/s^2
+
+  // Whether ground truth and inertial data are of two different motions somewhere: an estimator
+  // that is fed images along the one and the other has no right answer. What fits is at .005 rad/s
+  // and .15 m/s^2 in the worst 5 s of 40 s of flight, what does not at .5 m/s^2.
+  bool contradicts() const { return worst_gyroscope > 0.01 || worst_accelerometer > 0.25; }
 };
 
 // The biases at one time of the motion.

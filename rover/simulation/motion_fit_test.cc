@@ -105,6 +105,22 @@ TEST(MotionFit, LeavesVibrationOnly) {
   EXPECT_LT(left.slow_gyroscope, 0.002);
 }
 
+TEST(MotionFit, SaysWhereGroundTruthAndInertialDataAreOfTwoMotions) {
+  const Recording& flight = recording();
+  Trajectory swaying = flight.ground_truth;
+  for (StampedPose& pose : swaying) {
+    const double t = seconds_between(swaying[0].time, pose.time);
+    if (t > 12 && t < 18) pose.pose.translation.y() += 0.05 * std::sin(2 * M_PI * (t - 12) / 1.5);
+  }
+  const auto left = fit_motion(flight.ground_truth, flight.imu.samples).residuals;
+  const auto apart = fit_motion(swaying, flight.imu.samples).residuals;
+  EXPECT_GE(left.worst_accelerometer, left.slow_accelerometer);
+  EXPECT_GE(left.worst_gyroscope, left.slow_gyroscope);
+  EXPECT_FALSE(left.contradicts());
+  EXPECT_GT(apart.worst_accelerometer, 1.3 * apart.slow_accelerometer);
+  EXPECT_TRUE(apart.contradicts());
+}
+
 TEST(MotionFit, TakesAGroundTruthAlone) {
   const Recording& flight = recording();
   const FittedMotion fit = fit_motion(flight.part(0, 10), {});
@@ -201,6 +217,17 @@ TEST_P(RealFlights, AgreeWithTheirInertialData) {
   EXPECT_LT(fit.residuals.position, 0.003);
   EXPECT_LT(fit.residuals.slow_gyroscope, flight.slow_gyroscope);
   EXPECT_LT(fit.residuals.slow_accelerometer, flight.slow_accelerometer);
+}
+
+// The ground truth of MH_03 sways by itself 30 s after its begin, and hardly from 70 s on.
+TEST(RealFlight, IsToldWhereItsGroundTruthIsOff) {
+  const auto folder = shared_folder() / "data/euroc_imu_gt/MH_03_medium";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not here";
+  const Trajectory ground_truth = read_trajectory(folder / "groundtruth_tum.txt.gz");
+  const std::vector<ImuSample> imu = read_imu_file(folder / "imu0/data.csv.gz");
+  EXPECT_TRUE(fit_motion(ground_truth, imu, {.start = 16, .duration = 40}).residuals.contradicts());
+  EXPECT_FALSE(
+      fit_motion(ground_truth, imu, {.start = 70, .duration = 40}).residuals.contradicts());
 }
 
 INSTANTIATE_TEST_SUITE_P(

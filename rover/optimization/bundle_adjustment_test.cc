@@ -125,6 +125,31 @@ TEST_P(BundleAdjustmentTest, SurvivesPosesAndPointsThatAreHardlySeen) {
   for (const SE3& pose : problem.world_from_body) EXPECT_TRUE(pose.translation.allFinite());
 }
 
+// Each fits there what its camera has seen, and nothing else does.
+TEST_P(BundleAdjustmentTest, PointsInTheCentreOfACameraDoNotHoldIt) {
+  auto [truth, problem, outliers] = simulate_bundle({.sigma = 0.3, .seed = 6});
+  const int held = static_cast<int>(problem.world_from_body.size()) - 1;
+  const SE3 world_from_camera = problem.world_from_body[held] * problem.rig.body_from_camera[0];
+  const int points = static_cast<int>(problem.points.size());
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Vector2d pixel(200 + 30 * i, 150 + 20 * i);
+    const auto ray = problem.rig.cameras[0].unproject(pixel);
+    ASSERT_TRUE(ray);
+    problem.points.push_back(world_from_camera * (1e-6 * *ray));
+    problem.observations.push_back({held, points + i, 0, pixel, 1});
+    problem.observations.push_back({held - 1, points + i, 0, pixel, 1});
+  }
+  const auto summary = adjust_bundle(problem, options());
+  EXPECT_TRUE(summary.usable);
+  EXPECT_LT(largest_pose_error(problem, truth), 0.05);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const BundleObservation& seen = problem.observations[i];
+    if (seen.point >= points && seen.pose == held) {
+      EXPECT_FALSE(summary.inliers[i]);
+    }
+  }
+}
+
 TEST_P(BundleAdjustmentTest, PointsBehindTheirCamerasBecomeOutliers) {
   auto [truth, problem, outliers] = simulate_bundle({.sigma = 0.3, .seed = 6});
   for (int i = 0; i < 10; ++i) problem.points[i].z() = -5;

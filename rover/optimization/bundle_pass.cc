@@ -9,16 +9,48 @@
 namespace rover {
 namespace {
 
-std::vector<double> squared_residuals(const BundleProblem& problem) {
+// No camera sees what is nearer than this share of the median distance. A wrong match can pull its
+// point into the centre of a camera, where it fits whatever was seen, and from then on holds the
+// camera: it cannot move without throwing the point behind it or out of its view.
+constexpr double kNearest = 0.02;
+
+// What an adjustment says of one observation.
+struct Fit {
+  double chi2 = 0;
+  double distance = 0;  // m, of the point from the camera
+};
+
+std::vector<Fit> fits_of(const BundleProblem& problem) {
   const Reprojector reprojector(problem.rig);
   const std::vector<BodyFrame> frames(problem.world_from_body.begin(),
                                       problem.world_from_body.end());
-  std::vector<double> result;
+  std::vector<Fit> result;
   result.reserve(problem.observations.size());
   for (const BundleObservation& seen : problem.observations) {
     const Eigen::Vector3d point = frames[seen.pose].from_world(problem.points[seen.point]);
-    result.push_back(reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma));
+    result.push_back({reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma),
+                      (point - problem.rig.body_from_camera[seen.camera].translation).norm()});
   }
+  return result;
+}
+
+// m: what is nearer is not seen.
+double nearest_seen(const std::vector<Fit>& fits) {
+  std::vector<double> distances(fits.size());
+  std::ranges::transform(fits, distances.begin(), &Fit::distance);
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::ranges::nth_element(distances, middle);
+  return kNearest * *middle;
+}
+
+// Squared residuals in sigmas; kUnseenChi2 for points that their cameras cannot see.
+std::vector<double> squared_residuals(const BundleProblem& problem) {
+  const std::vector<Fit> fits = fits_of(problem);
+  const double nearest = nearest_seen(fits);
+  std::vector<double> result(fits.size());
+  std::ranges::transform(fits, result.begin(), [&](const Fit& fit) {
+    return fit.distance < nearest ? kUnseenChi2 : fit.chi2;
+  });
   return result;
 }
 
@@ -32,6 +64,16 @@ double robust_cost(const std::vector<double>& chi2, const BundleOptions& options
 std::vector<char> within(const std::vector<double>& chi2, double limit) {
   std::vector<char> result(chi2.size());
   std::transform(chi2.begin(), chi2.end(), result.begin(), [&](double s) { return s <= limit; });
+  return result;
+}
+
+// Behind a camera a point may come back before it; in its centre it would stay.
+std::vector<char> far_enough(const BundleProblem& problem) {
+  const std::vector<Fit> fits = fits_of(problem);
+  const double nearest = nearest_seen(fits);
+  std::vector<char> result(fits.size());
+  std::ranges::transform(fits, result.begin(),
+                         [&](const Fit& fit) { return fit.distance >= nearest; });
   return result;
 }
 
@@ -85,7 +127,7 @@ BundleSummary adjust_in_two_passes(
   if (problem.observations.empty()) return summary;
   const auto initial_poses = problem.world_from_body;
   const auto initial_points = problem.points;
-  summary.inliers.assign(problem.observations.size(), 1);
+  summary.inliers = far_enough(problem);
   summary.initial_cost = robust_cost(squared_residuals(problem), options);
   summary.usable = all_finite(problem) && minimize_twice(problem, options, minimize, summary);
   if (!summary.usable) {

@@ -7,6 +7,7 @@
 #include "rover/base/error.h"
 #include "rover/map/atlas.h"
 #include "rover/slam/final_adjustment.h"
+#include "rover/slam/final_trajectory.h"
 #include "rover/slam/mapping_worker.h"
 
 namespace rover {
@@ -88,6 +89,8 @@ class System::Implementation {
         LocalMapper(with_matcher(family_, config_.mapping_matcher), config_.mapping),
         config_.execution, config_.mapping_queue);
     placed_.clear();
+    tracked_.clear();
+    follows_ = false;
     next_frame_ = 0;
     last_time_.reset();
     last_left_.release();
@@ -150,17 +153,7 @@ class System::Implementation {
   }
 
   std::vector<FinalPose> trajectory(MapId id) const {
-    const auto map = maps()[static_cast<std::size_t>(id.value)];
-    std::vector<FinalPose> poses;
-    for (const AnchoredPose& pose : placed_) {
-      if (pose.map != id) continue;
-      poses.push_back({pose.frame, pose.time,
-                       map->world_from_any(pose.reference) *
-                           map->rescale_relative(pose.reference_from_body, pose.units)});
-    }
-    std::sort(poses.begin(), poses.end(),
-              [](const auto& a, const auto& b) { return a.time < b.time; });
-    return poses;
+    return final_trajectory(*maps()[static_cast<std::size_t>(id.value)], placed_, tracked_);
   }
 
   std::vector<FinalPose> keyframes(MapId id) const {
@@ -214,8 +207,12 @@ class System::Implementation {
   }
 
   void record(const TrackingResult& result) {
+    if (result.new_keyframe.valid() && follows_ && placed_.back().map == result.anchored.map) {
+      tracked_[result.anchored.frame] = {result.last_from_body, result.anchored.units};
+    }
     placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
     if (result.placed()) placed_.push_back(result.anchored);
+    if (!result.left_out) follows_ = result.placed();
     for (const AnchoredPose& pose : result.corrected) {
       const auto place = std::find_if(placed_.rbegin(), placed_.rend(),
                                       [&](const auto& old) { return old.frame == pose.frame; });
@@ -235,6 +232,8 @@ class System::Implementation {
   std::unique_ptr<Tracker> tracker_;
   std::unique_ptr<MappingWorker> worker_;
   std::vector<AnchoredPose> placed_;
+  std::map<FrameId, TrackedMotion> tracked_;  // of frames that became keyframes
+  bool follows_ = false;                      // the next frame one that was placed
   std::int64_t next_frame_ = 0;
   std::optional<Timestamp> last_time_;
   cv::Mat last_left_;  // inertial modes: of the frame before

@@ -10,6 +10,7 @@
 #include "rover/camera/camera.h"
 #include "rover/map/map.h"
 #include "rover/slam/config.h"
+#include "rover/slam/final_trajectory.h"
 #include "rover/slam/mode.h"
 #include "rover/tracking/tracking_result.h"
 
@@ -22,13 +23,6 @@ struct MappingRecord {
   Timestamp time = 0;  // of that frame
   int lag_frames = 0;  // frames offered between the keyframe and the end of its mapping
   MappingReport report;
-};
-
-// A pose of the finished map.
-struct FinalPose {
-  FrameId frame;
-  Timestamp time = 0;
-  SE3 world_from_body;
 };
 
 // The SLAM system: images in, poses out, a map behind. One thread at a time may call it; in

@@ -1,5 +1,7 @@
 #include "rover/optimization/inertial_map_adjustment.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "rover/map/test_map.h"
@@ -147,6 +149,28 @@ TEST(InertialMapAdjustment, TellsAllThatAFreeMapKnowsOfVelocityAndBiases) {
         sigma.asDiagonal().inverse() * (told - found) * sigma.asDiagonal().inverse();
     EXPECT_LT(off.cwiseAbs().maxCoeff(), 1e-3) << cameras << " cameras";
   }
+}
+
+// The alignment has told the keyframes before it of what came after them.
+TEST(InertialMapAdjustment, AWindowThatBeginsBeforeTheAlignmentTakesNoPriorOfIt) {
+  const auto flight = flight_of(12);
+  Map map = SimulatedMap(flight).make(12);
+  InertialMapProblem whole = gather_newest(map, kAll, {});
+  const auto summary =
+      adjust_inertial_bundle(whole.inertial, {.covariance = true, .scale_sigma = true});
+  commit_inertial_adjustment(map, whole, summary);
+  const KeyframeId border{5};
+  ASSERT_TRUE(map.at(border).covariance);
+  const auto knows_of_velocity = [&](Timestamp aligned) {
+    map.set_inertial({.aligned = true, .begin = aligned});
+    const auto problem = gather_inertial_window(map, map.newest_keyframe(), 6, 100, {});
+    EXPECT_EQ(problem.map.keyframes[static_cast<std::size_t>(problem.inertial.border)], border);
+    const auto prior =
+        std::ranges::find(problem.inertial.priors, problem.inertial.border, &PlacedPrior::pose);
+    return prior->prior.information.block<3, 3>(6, 6).trace() > 0;
+  };
+  EXPECT_TRUE(knows_of_velocity(map.at(border).frame.time));
+  EXPECT_FALSE(knows_of_velocity(map.at(border).frame.time + 1));
 }
 
 TEST(InertialMapAdjustment, WhatIsOlderMovesAlong) {

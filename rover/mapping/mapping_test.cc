@@ -147,6 +147,19 @@ TEST(ChooseNeighbours, TakesFewWithBaselineAndLandmarksInCommon) {
   EXPECT_EQ(choose_neighbours(map, {5}, options).size(), 3u);
 }
 
+// A body that looks elsewhere soon shares nothing with what it saw, but for the keyframes on the
+// way.
+TEST(ChooseNeighbours, TakesThoseBeforeInTimeWhereFewLandmarksAreShared) {
+  Map map = test_map(6, 40);
+  for (int i = 5; i < 40; ++i) map.forget({i}, {5});
+  EXPECT_EQ(choose_neighbours(map, {5}, {}),
+            (std::vector<KeyframeId>{KeyframeId{4}, KeyframeId{3}, KeyframeId{2}}));
+  LandmarkCreationOptions far;
+  far.min_baseline = 0.06;  // of a depth of about 4
+  EXPECT_EQ(choose_neighbours(map, {5}, far),
+            (std::vector<KeyframeId>{KeyframeId{2}, KeyframeId{1}, KeyframeId{0}}));
+}
+
 TEST(IsRedundant, WhenThreeOthersSeeTheSame) {
   Map map = test_map(6, 40);
   EXPECT_TRUE(is_redundant(map, {2}, {5}, 0.9));

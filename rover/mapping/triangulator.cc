@@ -108,20 +108,29 @@ std::vector<KeyframeId> choose_neighbours(const Map& map, KeyframeId keyframe,
                                           const LandmarkCreationOptions& options) {
   const double depth = median_depth(map, keyframe);
   const Eigen::Vector3d here = map.at(keyframe).world_from_body().translation;
+  const auto baseline = [&](KeyframeId id) {  // of the depth
+    return (map.at(id).world_from_body().translation - here).norm() / depth;
+  };
   auto candidates = map.covisible(keyframe, kMinShared);
   if (candidates.size() > kConsidered) candidates.resize(kConsidered);
   std::vector<std::pair<double, KeyframeId>> scored;
   for (const auto& [id, shared] : candidates) {
-    const double ratio = (map.at(id).world_from_body().translation - here).norm() / depth;
+    const double ratio = baseline(id);
     if (ratio < options.min_baseline) continue;
     const double parallax = std::min(std::atan(ratio) / kDegree, options.good_parallax);
     scored.emplace_back(-shared * parallax, id);
   }
   std::sort(scored.begin(), scored.end());
   std::vector<KeyframeId> chosen;
+  const auto wanted = static_cast<std::size_t>(options.neighbours);
   for (const auto& [score, id] : scored) {
-    if (static_cast<int>(chosen.size()) == options.neighbours) break;
-    chosen.push_back(id);
+    if (chosen.size() < wanted) chosen.push_back(id);
+  }
+  KeyframeId before = map.at(keyframe).previous;
+  for (std::size_t i = 0; i < kConsidered && before.valid() && chosen.size() < wanted; ++i) {
+    const bool is_new = std::ranges::find(chosen, before) == chosen.end();
+    if (is_new && baseline(before) >= options.min_baseline) chosen.push_back(before);
+    before = map.at(before).previous;
   }
   return chosen;
 }

@@ -42,7 +42,9 @@ struct TriangulationCounts {
   }
 };
 
-// The covisible keyframes that promise most: many landmarks in common and much parallax.
+// The covisible keyframes that promise most: many landmarks in common and much parallax. Where too
+// few have landmarks in common, those just before in time: when a view is lost it is they that show
+// the new one.
 std::vector<KeyframeId> choose_neighbours(const Map& map, KeyframeId keyframe,
                                           const LandmarkCreationOptions& options);
 

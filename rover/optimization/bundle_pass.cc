@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "rover/base/quantile.h"
 #include "rover/optimization/reprojection.h"
 #include "rover/optimization/robust_kernel.h"
 
@@ -14,44 +15,31 @@ namespace {
 // camera: it cannot move without throwing the point behind it or out of its view.
 constexpr double kNearest = 0.02;
 
-// What an adjustment says of one observation.
-struct Fit {
-  double chi2 = 0;
-  double distance = 0;  // m, of the point from the camera
+// How the observations fit, each.
+struct Fits {
+  std::vector<double> chi2;      // squared residuals in sigmas; kUnseenChi2 where nothing is seen
+  std::vector<char> far_enough;  // to be seen
 };
 
-std::vector<Fit> fits_of(const BundleProblem& problem) {
+Fits fits_of(const BundleProblem& problem) {
   const Reprojector reprojector(problem.rig);
   const std::vector<BodyFrame> frames(problem.world_from_body.begin(),
                                       problem.world_from_body.end());
-  std::vector<Fit> result;
-  result.reserve(problem.observations.size());
+  Fits fits;
+  std::vector<double> distances;
+  fits.chi2.reserve(problem.observations.size());
+  distances.reserve(problem.observations.size());
   for (const BundleObservation& seen : problem.observations) {
     const Eigen::Vector3d point = frames[seen.pose].from_world(problem.points[seen.point]);
-    result.push_back({reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma),
-                      (point - problem.rig.body_from_camera[seen.camera].translation).norm()});
+    fits.chi2.push_back(reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma));
+    distances.push_back((point - problem.rig.body_from_camera[seen.camera].translation).norm());
   }
-  return result;
-}
-
-// m: what is nearer is not seen.
-double nearest_seen(const std::vector<Fit>& fits) {
-  std::vector<double> distances(fits.size());
-  std::ranges::transform(fits, distances.begin(), &Fit::distance);
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
-  return kNearest * *middle;
-}
-
-// Squared residuals in sigmas; kUnseenChi2 for points that their cameras cannot see.
-std::vector<double> squared_residuals(const BundleProblem& problem) {
-  const std::vector<Fit> fits = fits_of(problem);
-  const double nearest = nearest_seen(fits);
-  std::vector<double> result(fits.size());
-  std::ranges::transform(fits, result.begin(), [&](const Fit& fit) {
-    return fit.distance < nearest ? kUnseenChi2 : fit.chi2;
-  });
-  return result;
+  const double nearest = kNearest * median(distances);
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    fits.far_enough.push_back(distances[i] >= nearest);
+    if (distances[i] < nearest) fits.chi2[i] = kUnseenChi2;
+  }
+  return fits;
 }
 
 double robust_cost(const std::vector<double>& chi2, const BundleOptions& options) {
@@ -64,16 +52,6 @@ double robust_cost(const std::vector<double>& chi2, const BundleOptions& options
 std::vector<char> within(const std::vector<double>& chi2, double limit) {
   std::vector<char> result(chi2.size());
   std::transform(chi2.begin(), chi2.end(), result.begin(), [&](double s) { return s <= limit; });
-  return result;
-}
-
-// Behind a camera a point may come back before it; in its centre it would stay.
-std::vector<char> far_enough(const BundleProblem& problem) {
-  const std::vector<Fit> fits = fits_of(problem);
-  const double nearest = nearest_seen(fits);
-  std::vector<char> result(fits.size());
-  std::ranges::transform(fits, result.begin(),
-                         [&](const Fit& fit) { return fit.distance >= nearest; });
   return result;
 }
 
@@ -95,7 +73,7 @@ bool minimize_twice(const BundleProblem& problem, const BundleOptions& options,
       minimize({summary.inliers, gauge, options, options.first_iterations});
   summary.iterations = first.iterations;
   if (!first.usable || first.stopped || options.second_iterations == 0) return first.usable;
-  summary.inliers = within(squared_residuals(problem), options.chi2);
+  summary.inliers = within(fits_of(problem).chi2, options.chi2);
   const MinimizationResult second =
       minimize({summary.inliers, gauge, options, options.second_iterations});
   summary.iterations += second.iterations;
@@ -127,14 +105,16 @@ BundleSummary adjust_in_two_passes(
   if (problem.observations.empty()) return summary;
   const auto initial_poses = problem.world_from_body;
   const auto initial_points = problem.points;
-  summary.inliers = far_enough(problem);
-  summary.initial_cost = robust_cost(squared_residuals(problem), options);
+  // Behind a camera a point may come back before it; in its centre it would stay.
+  const Fits initial = fits_of(problem);
+  summary.inliers = initial.far_enough;
+  summary.initial_cost = robust_cost(initial.chi2, options);
   summary.usable = all_finite(problem) && minimize_twice(problem, options, minimize, summary);
   if (!summary.usable) {
     problem.world_from_body = initial_poses;
     problem.points = initial_points;
   }
-  const std::vector<double> chi2 = squared_residuals(problem);
+  const std::vector<double> chi2 = fits_of(problem).chi2;
   summary.final_cost = robust_cost(chi2, options);
   summary.inliers = within(chi2, options.chi2);
   return summary;

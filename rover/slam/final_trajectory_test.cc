@@ -32,6 +32,12 @@ struct Tracked {
     keyframes[second.frame.id] = {step, map.units()};
   }
 
+  // By 5 cm, as an adjustment would.
+  void correct_second() {
+    SE3 pose = map.at(kSecond).world_from_body();
+    pose.translation += Eigen::Vector3d(0, 0.05, 0);
+    map.set_pose(kSecond, pose);
+  }
   std::vector<FinalPose> poses() const { return final_trajectory(map, placed, keyframes); }
   // How far each frame is, now, from where tracking had it.
   std::vector<double> moved(const std::vector<FinalPose>& before) const {
@@ -59,10 +65,7 @@ TEST(FinalTrajectory, IsThatOfTrackingWhereTheMapAgrees) {
 TEST(FinalTrajectory, SpreadsWhatTrackingMissedTheNextKeyframeBy) {
   Tracked tracked;
   const auto before = tracked.poses();
-  const Keyframe& second = tracked.map.at(kSecond);
-  SE3 pose = second.world_from_body();
-  pose.translation += Eigen::Vector3d(0, 0.05, 0);
-  tracked.map.set_pose(second.id, pose);
+  tracked.correct_second();
   const auto moved = tracked.moved(before);
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_NEAR(moved[i], 0.01 * static_cast<double>(i), 1e-9) << i;
@@ -90,10 +93,7 @@ TEST(FinalTrajectory, FollowsAChangeOfScale) {
 TEST(FinalTrajectory, LeavesFramesBeforeAGap) {
   Tracked tracked;
   const auto before = tracked.poses();
-  const Keyframe& second = tracked.map.at(kSecond);
-  SE3 pose = second.world_from_body();
-  pose.translation += Eigen::Vector3d(0, 0.05, 0);
-  tracked.map.set_pose(second.id, pose);
+  tracked.correct_second();
   tracked.placed.back().time += 1000 * kMillisecond;
   auto moved = tracked.moved(before);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_LT(moved[i], 1e-12);

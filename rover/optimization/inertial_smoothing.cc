@@ -8,20 +8,28 @@ namespace {
 constexpr int kIterations = 10;
 constexpr double kNegligibleDecrease = 1e-6;
 
-// One state between what was known of it and the next state, which is fixed.
+// One state between what is known of it and its neighbours, which are fixed: the next one, and the
+// one before if there is any.
 class StepModel {
  public:
   using State = InertialState;
   using Equations = DenseEquations;
   using Step = DenseStep;
 
-  StepModel(const ReckonedStep& step, const InertialState& next, const Eigen::Vector3d& gravity)
-      : step_(step), next_(next), gravity_(gravity), prior_{step.state, step.information} {}
+  StepModel(const StatePrior& known, const Preintegration& after, const InertialState& next,
+            const Eigen::Vector3d& gravity)
+      : known_(known), after_(after), next_(next), gravity_(gravity) {}
+
+  void set_previous(const InertialState& previous, const Preintegration& before) {
+    previous_ = &previous;
+    before_ = &before;
+  }
 
   void linearize(const State& state, Equations& equations) const {
     equations.reset(15);
-    add_imu_factor(*step_.motion, state, next_, gravity_, 0, -1, equations);
-    add_prior(prior_, state, 0, equations);
+    add_imu_factor(after_, state, next_, gravity_, 0, -1, equations);
+    if (before_) add_imu_factor(*before_, *previous_, state, gravity_, -1, 0, equations);
+    add_prior(known_, state, 0, equations);
   }
   bool solve(const Equations& equations, const Damping& damping, Step& step) const {
     return solve_damped(equations, damping, step);
@@ -31,11 +39,21 @@ class StepModel {
   }
 
  private:
-  const ReckonedStep& step_;
+  const StatePrior& known_;
+  const Preintegration& after_;
   const InertialState& next_;
   const Eigen::Vector3d& gravity_;
-  StatePrior prior_;
+  const InertialState* previous_ = nullptr;
+  const Preintegration* before_ = nullptr;
 };
+
+std::optional<InertialState> solve(const StepModel& model, const InertialState& start) {
+  LevenbergMarquardt<const StepModel> solver(model, start);
+  const auto result =
+      solver.run({.iterations = kIterations, .absolute_decrease = kNegligibleDecrease});
+  if (!result.usable) return std::nullopt;
+  return solver.state();
+}
 
 }  // namespace
 
@@ -46,14 +64,20 @@ std::vector<InertialState> smooth_reckoning(std::span<const ReckonedStep> steps,
   for (const ReckonedStep& step : steps) states.push_back(step.state);
   InertialState next = end;
   for (std::size_t i = steps.size(); i-- > 0;) {
-    const StepModel model(steps[i], next, gravity);
-    LevenbergMarquardt<const StepModel> solver(model, states[i]);
-    const auto result =
-        solver.run({.iterations = kIterations, .absolute_decrease = kNegligibleDecrease});
-    if (!result.usable) break;
-    next = states[i] = solver.state();
+    const StatePrior known{steps[i].state, steps[i].information};
+    const auto state = solve(StepModel(known, *steps[i].motion, next, gravity), states[i]);
+    if (!state) break;
+    next = states[i] = *state;
   }
   return states;
+}
+
+std::optional<InertialState> state_between(const InertialState& from, const InertialState& to,
+                                           const MotionBetween& motion, const StatePrior& known,
+                                           const Eigen::Vector3d& gravity) {
+  StepModel model(known, motion.after, to, gravity);
+  model.set_previous(from, motion.before);
+  return solve(model, motion.before.predict(from, gravity));
 }
 
 }  // namespace rover

@@ -82,6 +82,52 @@ TEST(SmoothReckoning, LeavesWhatFitsAsItWas) {
   }
 }
 
+// A state half way over a second whose ends are known.
+struct Middle {
+  SimulatedFlight flight;
+  InertialState from, to, truth;
+  const Preintegration& before;
+  const Preintegration& after;
+
+  explicit Middle(std::uint64_t seed)
+      : flight(
+            simulate_flight({.keyframes = 3, .interval = 0.5, .imu_inflation = 10, .seed = seed})),
+        from(flight.truth.state(0)),
+        to(flight.truth.state(2)),
+        truth(flight.truth.state(1)),
+        before(flight.truth.links[0].motion),
+        after(flight.truth.links[1].motion) {}
+
+  double error(const InertialState& state) const {
+    return (state.world_from_body.translation - truth.world_from_body.translation).norm();
+  }
+};
+
+TEST(StateBetween, IsBetterKnownThanFromOneSide) {
+  double one_side = 0, between = 0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Middle middle(seed);
+    const auto state = state_between(middle.from, middle.to, {middle.before, middle.after}, {});
+    ASSERT_TRUE(state);
+    one_side += middle.error(middle.before.predict(middle.from, gravity_of_z_up()));
+    between += middle.error(*state);
+  }
+  EXPECT_LT(between, 0.5 * one_side);  // of a path of white acceleration: a quarter
+}
+
+TEST(StateBetween, TakesInWhatElseIsKnown) {
+  const Middle middle(1);
+  SE3 seen = middle.truth.world_from_body;
+  seen.translation += Eigen::Vector3d(0.1, 0, 0);
+  const auto at = [&](double sigma) {
+    const auto state = state_between(middle.from, middle.to, {middle.before, middle.after},
+                                     pose_prior(seen, sigma, sigma));
+    return (state->world_from_body.translation - seen.translation).norm();
+  };
+  EXPECT_LT(at(1e-5), 1e-3);
+  EXPECT_GT(at(1), 0.09);
+}
+
 TEST(SmoothReckoning, OfNothingIsNothing) {
   EXPECT_TRUE(smooth_reckoning({}, InertialState()).empty());
 }

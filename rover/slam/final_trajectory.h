@@ -16,6 +16,13 @@ struct FinalPose {
   SE3 world_from_body;
 };
 
+// A frame that tracking placed in a map.
+struct PlacedFrame {
+  AnchoredPose anchored;
+  Matrix6d covariance = Matrix6d::Zero();  // (translation, rotation), body frame, given the map, in
+                                           // its units then; zero: unknown
+};
+
 // How a frame that became a keyframe was tracked: the motion since the frame before.
 struct TrackedMotion {
   SE3 last_from_body;
@@ -25,8 +32,8 @@ struct TrackedMotion {
 // The poses of all frames placed in a map, through the map as it is now, in time order. Keyframes
 // are where the map has them. A frame between two keyframes follows that which it was anchored to;
 // what tracking had drifted by when it came to the next keyframe is now known, and is spread over
-// the frames on the way, in proportion to time.
-std::vector<FinalPose> final_trajectory(const Map& map, std::span<const AnchoredPose> placed,
+// the frames on the way, in proportion to time; then inertial data between them have their say.
+std::vector<FinalPose> final_trajectory(const Map& map, std::span<const PlacedFrame> placed,
                                         const std::map<FrameId, TrackedMotion>& keyframes);
 
 }  // namespace rover

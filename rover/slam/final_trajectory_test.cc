@@ -14,7 +14,7 @@ constexpr KeyframeId kFirst{0}, kSecond{1};
 // tracked on a straight line as the map has them.
 struct Tracked {
   Map map = test_map(2, 30);
-  std::vector<AnchoredPose> placed;
+  std::vector<PlacedFrame> placed;
   std::map<FrameId, TrackedMotion> keyframes;
   SE3 step;
 
@@ -25,10 +25,11 @@ struct Tracked {
     SE3 pose;
     for (int i = 0; i < 5; ++i) {
       const FrameId frame = i == 0 ? first.frame.id : FrameId{100 + i};
-      placed.push_back({frame, i * 10 * kMillisecond, map.id(), first.id, pose, map.units()});
+      placed.push_back({{frame, i * 10 * kMillisecond, map.id(), first.id, pose, map.units()}});
       pose = pose * step;
     }
-    placed.push_back({second.frame.id, second.frame.time, map.id(), second.id, SE3(), map.units()});
+    placed.push_back(
+        {{second.frame.id, second.frame.time, map.id(), second.id, SE3(), map.units()}});
     keyframes[second.frame.id] = {step, map.units()};
   }
 
@@ -94,10 +95,10 @@ TEST(FinalTrajectory, LeavesFramesBeforeAGap) {
   Tracked tracked;
   const auto before = tracked.poses();
   tracked.correct_second();
-  tracked.placed.back().time += 1000 * kMillisecond;
+  tracked.placed.back().anchored.time += 1000 * kMillisecond;
   auto moved = tracked.moved(before);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_LT(moved[i], 1e-12);
-  tracked.placed.back().time -= 1000 * kMillisecond;
+  tracked.placed.back().anchored.time -= 1000 * kMillisecond;
   tracked.keyframes.clear();
   moved = tracked.moved(before);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_LT(moved[i], 1e-12);
@@ -105,7 +106,7 @@ TEST(FinalTrajectory, LeavesFramesBeforeAGap) {
 
 TEST(FinalTrajectory, TakesFramesOfItsMapOnly) {
   Tracked tracked;
-  tracked.placed[2].map = {7};
+  tracked.placed[2].anchored.map = {7};
   EXPECT_EQ(tracked.poses().size(), 5U);
 }
 

@@ -144,7 +144,7 @@ class System::Implementation {
 
   std::optional<MapId> largest_map() const {
     std::map<MapId, int> frames;
-    for (const AnchoredPose& pose : placed_) ++frames[pose.map];
+    for (const PlacedFrame& frame : placed_) ++frames[frame.anchored.map];
     std::optional<MapId> largest;
     for (const auto& [map, count] : frames) {
       if (!largest || count > frames[*largest]) largest = map;
@@ -207,16 +207,18 @@ class System::Implementation {
   }
 
   void record(const TrackingResult& result) {
-    if (result.new_keyframe.valid() && follows_ && placed_.back().map == result.anchored.map) {
+    if (result.new_keyframe.valid() && follows_ &&
+        placed_.back().anchored.map == result.anchored.map) {
       tracked_[result.anchored.frame] = {result.last_from_body, result.anchored.units};
     }
-    placed_.insert(placed_.end(), result.earlier.begin(), result.earlier.end());
-    if (result.placed()) placed_.push_back(result.anchored);
+    for (const AnchoredPose& pose : result.earlier) placed_.push_back({pose});
+    if (result.placed()) placed_.push_back({result.anchored, result.covariance});
     if (!result.left_out) follows_ = result.placed();
     for (const AnchoredPose& pose : result.corrected) {
-      const auto place = std::find_if(placed_.rbegin(), placed_.rend(),
-                                      [&](const auto& old) { return old.frame == pose.frame; });
-      if (place != placed_.rend()) *place = pose;
+      const auto place = std::find_if(placed_.rbegin(), placed_.rend(), [&](const auto& old) {
+        return old.anchored.frame == pose.frame;
+      });
+      if (place != placed_.rend()) place->anchored = pose;
     }
   }
 
@@ -231,7 +233,7 @@ class System::Implementation {
   std::shared_ptr<Atlas> atlas_;
   std::unique_ptr<Tracker> tracker_;
   std::unique_ptr<MappingWorker> worker_;
-  std::vector<AnchoredPose> placed_;
+  std::vector<PlacedFrame> placed_;
   std::map<FrameId, TrackedMotion> tracked_;  // of frames that became keyframes
   bool follows_ = false;                      // the next frame one that was placed
   std::int64_t next_frame_ = 0;

@@ -79,9 +79,18 @@ void turn(InertialBundleProblem& problem, const Eigen::Quaterniond& rotation) {
   for (auto& velocity : problem.velocity) velocity = rotation * velocity;
 }
 
+// With noise as on real flights.
+void take_default_noise(InertialBundleProblem& problem) {
+  const ImuNoise noise = ImuNoise::of({1.7e-4, 1.9e-5, 2e-3, 3e-3, 200}, {});
+  for (InertialLink& link : problem.links)
+    link.motion = {link.motion.samples(), link.motion.bias(), noise};
+}
+
 // What is seen outweighs gravity by far in each pose, and says nothing of how all stand to it.
 TEST(InertialBundle, SetsALargeMapUpright) {
-  auto best = simulate_flight({.cameras = 2, .keyframes = 80, .imu_inflation = 10}).truth;
+  auto best =
+      simulate_flight({.cameras = 2, .keyframes = 80, .sigma = 0.5, .imu_inflation = 8}).truth;
+  take_default_noise(best);
   add_bias_prior(best, 0.1, 0.2);
   InertialBundleOptions thorough;
   thorough.bundle.first_iterations = thorough.bundle.second_iterations = 200;

@@ -12,6 +12,9 @@ namespace {
 // are of two minds: one in a million.
 constexpr double kContradicting = 45;
 
+// s: over longer intervals tracking knows better, and integrating them for each frame takes long.
+constexpr double kLongest = 2;
+
 // Two keyframes that follow each other and the readings in between.
 class Interval {
  public:
@@ -21,6 +24,7 @@ class Interval {
   }
 
   bool holds() const {
+    if (motion_->duration() > kLongest) return false;
     const Vector15d residual = imu_residual(*motion_, from_, to_, gravity_of_z_up());
     return residual.head<9>().squaredNorm() < kContradicting;
   }

@@ -10,10 +10,6 @@
 namespace rover {
 namespace {
 
-// Next to nothing. Inertial data turn and scale a map as a whole, which what is seen in each pose
-// outweighs by far: damped in proportion to that, the map would not turn.
-constexpr double kDamping = 1e-9;
-
 void check_problem(const InertialBundleProblem& problem) {
   check_indices(problem.bundle);
   const std::size_t poses = problem.bundle.world_from_body.size();
@@ -44,9 +40,7 @@ MinimizationResult minimize(InertialBundleProblem& problem, const BundlePass& pa
   reintegrate(problem);
   InertialBundleModel model(problem, pass);
   LevenbergMarquardt<InertialBundleModel> solver(model, InertialBundleModel::initial(problem));
-  MinimizationLimits limits = pass.limits();
-  limits.damping = kDamping;
-  const MinimizationResult result = solver.run(limits);
+  const MinimizationResult result = solver.run(pass.limits());
   InertialBundleModel::write(solver.state(), problem);
   return result;
 }

@@ -121,6 +121,27 @@ TEST(InertialPoseOptimization, ErrorsAreWithinTheirCovariance) {
   EXPECT_LT(sum, 15 + 1.96 * std::sqrt(30.0 / runs) + 1);
 }
 
+// Both states have drifted, and are tied to each other far more tightly than to anything else.
+TEST(InertialPoseOptimization, TakesBackAtOnceWhatDeadReckoningDriftedBy) {
+  double drift = 0, left = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Frames frames =
+        simulate_frames(45, {.cameras = 2, .points = 60, .imu_inflation = 8, .seed = seed});
+    auto estimate = track(frames, 1, frames.first, frames.first_information);
+    for (std::size_t i = 2; i < 44; ++i)
+      estimate = track(frames, i, estimate.current, estimate.information, i >= 20);
+    const auto error = [&](const InertialState& state) {
+      return (state.world_from_body.translation - frames.truth[44].world_from_body.translation)
+                 .norm() /
+             20;
+    };
+    drift += error(frames.motions[43].predict(estimate.current, gravity_of_z_up()));
+    left += error(track(frames, 44, estimate.current, estimate.information).current);
+  }
+  EXPECT_GT(drift, 0.02);
+  EXPECT_LT(left, 0.01);
+}
+
 TEST(InertialPoseOptimization, WithoutImagesPredictsAndGrowsUncertain) {
   const Frames frames = simulate_frames(40, {.imu_inflation = 10, .seed = 5});
   auto estimate = track(frames, 1, frames.first, frames.first_information);

@@ -86,7 +86,8 @@ void take_default_noise(InertialBundleProblem& problem) {
     link.motion = {link.motion.samples(), link.motion.bias(), noise};
 }
 
-// What is seen outweighs gravity by far in each pose, and says nothing of how all stand to it.
+// What is seen outweighs gravity by far in each pose, and says nothing of how all stand to it: with
+// the usual damping the map stays as tilted as it was.
 TEST(InertialBundle, SetsALargeMapUpright) {
   auto best =
       simulate_flight({.cameras = 2, .keyframes = 80, .sigma = 0.5, .imu_inflation = 8}).truth;
@@ -98,7 +99,9 @@ TEST(InertialBundle, SetsALargeMapUpright) {
   ASSERT_TRUE(adjust_inertial_bundle(best, thorough).visual.usable);
   auto problem = best;
   turn(problem, so3_exp({0.01, -0.005, 0}));
-  ASSERT_TRUE(adjust_inertial_bundle(problem, {}).visual.usable);
+  InertialBundleOptions options;
+  options.bundle.damping = 1e-9;
+  ASSERT_TRUE(adjust_inertial_bundle(problem, options).visual.usable);
   for (std::size_t i = 0; i < problem.velocity.size(); ++i) {
     const Eigen::Vector3d up =
         problem.bundle.world_from_body[i].rotation.conjugate() * Eigen::Vector3d::UnitZ();

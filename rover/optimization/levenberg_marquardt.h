@@ -14,10 +14,7 @@ struct MinimizationLimits {
   double relative_decrease = 0;  // of the cost in one iteration: below, the minimisation ends;
   double absolute_decrease = 0;  // likewise; either is enough
   std::function<bool()> should_stop{};  // asked after each iteration; empty: never
-  // Factor to begin with: next to none. That a map of hundreds of keyframes turns against gravity
-  // as a whole, inertial data tell by little; damped in proportion to a diagonal of many rays in
-  // each keyframe, it would keep its tilt.
-  double damping = 1e-9;
+  double damping = 1e-4;                // factor to begin with
 };
 
 struct MinimizationResult {

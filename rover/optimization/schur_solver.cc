@@ -6,9 +6,6 @@
 namespace rover {
 namespace {
 
-// To begin with, as usual: points that are seen under little parallax need it.
-constexpr double kDamping = 1e-4;
-
 // A bundle adjustment, as LevenbergMarquardt wants it.
 class BundleModel {
  public:
@@ -52,9 +49,7 @@ class BundleModel {
 MinimizationResult minimize_with_schur(BundleProblem& problem, const BundlePass& pass) {
   BundleModel model(problem, pass);
   LevenbergMarquardt<BundleModel> solver(model, {problem.world_from_body, problem.points});
-  MinimizationLimits limits = pass.limits();
-  limits.damping = kDamping;
-  const MinimizationResult result = solver.run(limits);
+  const MinimizationResult result = solver.run(pass.limits());
   problem.world_from_body = solver.state().world_from_body;
   problem.points = solver.state().points;
   return result;

@@ -42,7 +42,6 @@ void BundleOptions::check() const {
           second_iterations);
   require(chi2 > 0, "bundle adjustment: chi2 must be positive, not {}", chi2);
   require(huber > 0, "bundle adjustment: huber must be positive, not {}", huber);
-  require(damping > 0, "bundle adjustment: damping must be positive: {}", damping);
   require(min_relative_decrease >= 0,
           "bundle adjustment: min_relative_decrease must not be negative: {}",
           min_relative_decrease);

@@ -42,7 +42,6 @@ struct BundleOptions {
                            // pose and the farthest free one of the initial values; ignored
                            // where poses fixed in two places hold the scale already
   double min_relative_decrease = 1e-6;  // of the cost in one iteration: below, a pass ends
-  double damping = 1e-4;                // factor to begin with (kSchur and with inertial data)
   BundleSolver solver = BundleSolver::kAutomatic;
   int threads = 1;                      // of kCeres: more than one is not reproducible
   std::function<bool()> should_stop{};  // asked after each iteration; empty: never

@@ -308,7 +308,6 @@ TEST(BundleAdjustment, RefusesOptionsThatMakeNoSense) {
   refused({.chi2 = 0});
   refused({.huber = -1});
   refused({.min_relative_decrease = -1});
-  refused({.damping = 0});
   refused({.threads = 0});
 }
 

@@ -19,8 +19,7 @@ struct BundlePass {
   MinimizationLimits limits() const {
     return {.iterations = max_iterations,
             .relative_decrease = options.min_relative_decrease,
-            .should_stop = options.should_stop,
-            .damping = options.damping};
+            .should_stop = options.should_stop};
   }
 };
 

@@ -14,7 +14,6 @@ struct MinimizationLimits {
   double relative_decrease = 0;  // of the cost in one iteration: below, the minimisation ends;
   double absolute_decrease = 0;  // likewise; either is enough
   std::function<bool()> should_stop{};  // asked after each iteration; empty: never
-  double damping = 1e-4;                // factor to begin with
 };
 
 struct MinimizationResult {
@@ -37,7 +36,6 @@ class LevenbergMarquardt {
 
   MinimizationResult run(const MinimizationLimits& limits) {
     MinimizationResult result;
-    damping_ = Damping(limits.damping);
     model_.linearize(state_, current_);
     result.usable = std::isfinite(current_.cost);
     while (result.usable && result.iterations < limits.iterations && !damping_.exhausted()) {

@@ -5,11 +5,6 @@
 namespace rover {
 namespace {
 
-// Next to none. That a map of hundreds of keyframes turns against gravity as a whole, inertial data
-// tell by little; damped in proportion to a diagonal of many rays in each keyframe, it would keep
-// its tilt.
-constexpr double kDamping = 1e-9;
-
 void adjust_visually(SharedMap& shared, const Config& config) {
   MapProblem problem = gather_whole_map(*shared.view(), config.weighting);
   const BundleSummary summary = adjust(problem, config.final_adjustment);
@@ -19,10 +14,8 @@ void adjust_visually(SharedMap& shared, const Config& config) {
 void adjust_with_inertia(SharedMap& shared, const Config& config) {
   InertialMapProblem problem =
       gather_newest(*shared.view(), config.max_finally_adjusted, config.weighting);
-  BundleOptions options = config.final_adjustment;
-  options.damping = kDamping;
-  const auto summary =
-      adjust_inertial_bundle(problem.inertial, {.bundle = options, .scale_sigma = true});
+  const auto summary = adjust_inertial_bundle(
+      problem.inertial, {.bundle = config.final_adjustment, .scale_sigma = true});
   InertialStatus status = shared.view()->inertial();
   if (summary.scale_sigma > 0) status.scale_sigma = summary.scale_sigma;
   shared.commit([&](Map& map) {

@@ -15,18 +15,18 @@ constexpr double kContradicting = 45;
 // s: over longer intervals tracking knows better, and integrating them for each frame takes long.
 constexpr double kLongest = 2;
 
+bool inertial_data_hold(const Keyframe& from, const Keyframe& to) {
+  if (to.motion->duration() > kLongest) return false;
+  const Vector15d residual = imu_residual(*to.motion, from.state(), to.state(), gravity_of_z_up());
+  return residual.head<9>().squaredNorm() < kContradicting;
+}
+
 // Two keyframes that follow each other and the readings in between.
 class Interval {
  public:
   Interval(const Keyframe& from, const Keyframe& to) : from_(from.state()), to_(to.state()) {
     motion_ = to.motion.get();
     for (const ImuSample& sample : motion_->samples()) readings_.add(sample);
-  }
-
-  bool holds() const {
-    if (motion_->duration() > kLongest) return false;
-    const Vector15d residual = imu_residual(*motion_, from_, to_, gravity_of_z_up());
-    return residual.head<9>().squaredNorm() < kContradicting;
   }
 
   void smooth(FinalPose& pose, const Matrix6d& tracked) const {
@@ -55,10 +55,12 @@ void smooth_between_keyframes(const Map& map, std::span<FinalPose> poses,
   if (!map.inertial().aligned) return;
   for (const Keyframe& to : map.keyframes()) {
     if (!to.motion || !to.previous.valid()) continue;
-    const Interval interval(map.at(to.previous), to);
-    if (!interval.holds()) continue;
+    const Keyframe& from = map.at(to.previous);
     auto pose = std::ranges::upper_bound(poses, to.motion->begin(), {}, &FinalPose::time);
-    for (; pose != poses.end() && pose->time < to.motion->end(); ++pose)
+    const auto last = std::ranges::lower_bound(poses, to.motion->end(), {}, &FinalPose::time);
+    if (pose == last || !inertial_data_hold(from, to)) continue;
+    const Interval interval(from, to);
+    for (; pose != last; ++pose)
       interval.smooth(*pose, tracked[static_cast<std::size_t>(pose - poses.begin())]);
   }
 }

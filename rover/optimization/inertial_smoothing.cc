@@ -16,19 +16,14 @@ class StepModel {
   using Equations = DenseEquations;
   using Step = DenseStep;
 
-  StepModel(const StatePrior& known, const Preintegration& after, const InertialState& next,
-            const Eigen::Vector3d& gravity)
-      : known_(known), after_(after), next_(next), gravity_(gravity) {}
-
-  void set_previous(const InertialState& previous, const Preintegration& before) {
-    previous_ = &previous;
-    before_ = &before;
-  }
+  StepModel(const StatePrior& known, const std::optional<KnownNeighbour>& before,
+            const KnownNeighbour& after, const Eigen::Vector3d& gravity)
+      : known_(known), before_(before), after_(after), gravity_(gravity) {}
 
   void linearize(const State& state, Equations& equations) const {
     equations.reset(15);
-    add_imu_factor(after_, state, next_, gravity_, 0, -1, equations);
-    if (before_) add_imu_factor(*before_, *previous_, state, gravity_, -1, 0, equations);
+    add_imu_factor(after_.motion, state, after_.state, gravity_, 0, -1, equations);
+    if (before_) add_imu_factor(before_->motion, before_->state, state, gravity_, -1, 0, equations);
     add_prior(known_, state, 0, equations);
   }
   bool solve(const Equations& equations, const Damping& damping, Step& step) const {
@@ -40,11 +35,9 @@ class StepModel {
 
  private:
   const StatePrior& known_;
-  const Preintegration& after_;
-  const InertialState& next_;
+  std::optional<KnownNeighbour> before_;
+  KnownNeighbour after_;
   const Eigen::Vector3d& gravity_;
-  const InertialState* previous_ = nullptr;
-  const Preintegration* before_ = nullptr;
 };
 
 std::optional<InertialState> solve(const StepModel& model, const InertialState& start) {
@@ -65,19 +58,18 @@ std::vector<InertialState> smooth_reckoning(std::span<const ReckonedStep> steps,
   InertialState next = end;
   for (std::size_t i = steps.size(); i-- > 0;) {
     const StatePrior known{steps[i].state, steps[i].information};
-    const auto state = solve(StepModel(known, *steps[i].motion, next, gravity), states[i]);
+    const auto state = solve(StepModel(known, {}, {next, *steps[i].motion}, gravity), states[i]);
     if (!state) break;
     next = states[i] = *state;
   }
   return states;
 }
 
-std::optional<InertialState> state_between(const InertialState& from, const InertialState& to,
-                                           const MotionBetween& motion, const StatePrior& known,
+std::optional<InertialState> state_between(const KnownNeighbour& before,
+                                           const KnownNeighbour& after, const StatePrior& known,
                                            const Eigen::Vector3d& gravity) {
-  StepModel model(known, motion.after, to, gravity);
-  model.set_previous(from, motion.before);
-  return solve(model, motion.before.predict(from, gravity));
+  return solve(StepModel(known, before, after, gravity),
+               before.motion.predict(before.state, gravity));
 }
 
 }  // namespace rover

@@ -24,16 +24,16 @@ std::vector<InertialState> smooth_reckoning(std::span<const ReckonedStep> steps,
                                             const InertialState& end,
                                             const Eigen::Vector3d& gravity = gravity_of_z_up());
 
-// The motions from a known state to one on the way to the next known state, and from there on.
-struct MotionBetween {
-  const Preintegration& before;
-  const Preintegration& after;
+// A state that is known, and the motion between it and its neighbour in time.
+struct KnownNeighbour {
+  const InertialState& state;
+  const Preintegration& motion;
 };
 
 // A state between two that are known, from the motion on both sides of it and what else is known
 // of it. Nothing if it cannot be solved.
-std::optional<InertialState> state_between(const InertialState& from, const InertialState& to,
-                                           const MotionBetween& motion, const StatePrior& known,
+std::optional<InertialState> state_between(const KnownNeighbour& before,
+                                           const KnownNeighbour& after, const StatePrior& known,
                                            const Eigen::Vector3d& gravity = gravity_of_z_up());
 
 }  // namespace rover

@@ -107,7 +107,7 @@ TEST(StateBetween, IsBetterKnownThanFromOneSide) {
   double one_side = 0, between = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const Middle middle(seed);
-    const auto state = state_between(middle.from, middle.to, {middle.before, middle.after}, {});
+    const auto state = state_between({middle.from, middle.before}, {middle.to, middle.after}, {});
     ASSERT_TRUE(state);
     one_side += middle.error(middle.before.predict(middle.from, gravity_of_z_up()));
     between += middle.error(*state);
@@ -120,7 +120,7 @@ TEST(StateBetween, TakesInWhatElseIsKnown) {
   SE3 seen = middle.truth.world_from_body;
   seen.translation += Eigen::Vector3d(0.1, 0, 0);
   const auto at = [&](double sigma) {
-    const auto state = state_between(middle.from, middle.to, {middle.before, middle.after},
+    const auto state = state_between({middle.from, middle.before}, {middle.to, middle.after},
                                      pose_prior(seen, sigma, sigma));
     return (state->world_from_body.translation - seen.translation).norm();
   };

@@ -37,8 +37,8 @@ class Interval {
     known.mean = from_;
     known.mean.world_from_body = pose.world_from_body;
     if (!tracked.isZero(0)) known.information.topLeftCorner<6, 6>() = tracked.inverse();
-    const auto state = state_between(
-        from_, to_, {motion_->over(std::move(before)), motion_->over(std::move(after))}, known);
+    const auto state = state_between({from_, motion_->over(std::move(before))},
+                                     {to_, motion_->over(std::move(after))}, known);
     if (state) pose.world_from_body = state->world_from_body;
   }
 

@@ -21,6 +21,9 @@ void StereoMatchingOptions::check() const {
   require(min_depth > 0 && max_depth > min_depth,
           "stereo matching: 0 < min_depth < max_depth does not hold for {}, {}", min_depth,
           max_depth);
+  require(max_unaligned_sigma >= 0,
+          "stereo matching: max_unaligned_sigma must not be negative, but is {}",
+          max_unaligned_sigma);
 }
 
 namespace {
@@ -147,10 +150,8 @@ class PairMaker {
     match.sigma = options_.refine ? std::max(sigma, kUnalignedSigma) : sigma;
     auto sighting = triangulation_.triangulate(ray.direction, match.position.cast<double>());
     if (!sighting) return std::nullopt;
-    if (options_.refine && refine(ray, *sighting, match)) {
-      sighting = triangulation_.triangulate(ray.direction, match.position.cast<double>());
-      if (!sighting) return std::nullopt;
-    }
+    if (options_.refine) sighting = confirm(ray, *sighting, sigma, match);
+    if (!sighting) return std::nullopt;
     const double error = (sighting->pixel - match.position.cast<double>()).norm();
     const double distance = sighting->point.norm();
     if (error > search_.gate(left_.sigmas[i], right_.sigmas[j]) || distance < options_.min_depth ||
@@ -163,6 +164,16 @@ class PairMaker {
   }
 
  private:
+  // The sighting after alignment; as it is, where the features are corners without doubt.
+  std::optional<Sighting> confirm(const ObservedRay& ray, const Sighting& sighting, float sigma,
+                                  StereoMatch& match) const {
+    if (refine(ray, sighting, match)) {
+      return triangulation_.triangulate(ray.direction, match.position.cast<double>());
+    }
+    if (sigma > options_.max_unaligned_sigma) return std::nullopt;
+    return sighting;
+  }
+
   // Replaces the right feature's own position by one aligned with the left image.
   bool refine(const ObservedRay& ray, const Sighting& sighting, StereoMatch& match) const {
     const auto patch = cut_patch(left_image_, left_.positions[match.left]);

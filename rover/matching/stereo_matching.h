@@ -26,6 +26,9 @@ struct StereoMatchingOptions {
   float min_depth = 0.2f;       // m
   float max_depth = 1000.0f;    // m
   bool refine = true;           // photometric refinement of the right position
+  // px: what cannot be refined is kept up to this sigma of both features together. Above, it is
+  // noise or texture rather than a corner, and nothing confirms that it is the same one.
+  float max_unaligned_sigma = 0.4f;
 
   void check() const;
 };

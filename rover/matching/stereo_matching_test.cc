@@ -61,6 +61,12 @@ class Wall {
     return match_stereo(left_, left_image_, right_, right_image_, rig_, options);
   }
   FeatureSet& right() { return right_; }
+  void set_sigmas(float sigma) {
+    for (FeatureSet* features : {&left_, &right_}) {
+      std::fill(features->sigmas.begin(), features->sigmas.end(), sigma);
+    }
+  }
+  void blank_right_image() { right_image_ = cv::Scalar(90); }
 
  private:
   cv::Mat render(int camera, double noise) const {
@@ -92,7 +98,8 @@ std::vector<Rig> rigs() {
 
 TEST(StereoMatching, FindsAndTriangulatesAllFeaturesOfAnyRig) {
   for (const Rig& rig : rigs()) {
-    const Wall wall(rig, 300, 1);
+    Wall wall(rig, 300, 1);
+    wall.set_sigmas(0.2f);
     const auto matches = wall.match();
     // Those near the border have no window to be aligned in, but are matched.
     EXPECT_GE(static_cast<int>(matches.size()), wall.visible() * 97 / 100);
@@ -143,6 +150,20 @@ TEST(StereoMatching, AlignmentMendsThePositions) {
   EXPECT_LT(aligned, 0.3 * median_error());
 }
 
+TEST(StereoMatching, KeepsOnlyCornersOfWhatCannotBeAligned) {
+  Wall wall(rigs()[0], 300, 1);
+  wall.blank_right_image();
+  StereoMatchingOptions options;
+  wall.set_sigmas(0.2f);
+  const auto corners = wall.match(options);
+  EXPECT_GE(static_cast<int>(corners.size()), wall.visible() * 97 / 100);
+  for (const StereoMatch& match : corners) EXPECT_GE(match.sigma, 1);
+  wall.set_sigmas(0.35f);
+  EXPECT_TRUE(wall.match(options).empty());
+  options.refine = false;  // nothing is known of any
+  EXPECT_EQ(wall.match(options).size(), corners.size());
+}
+
 TEST(StereoMatching, RefusesDepthsOutOfRangeAndOtherLines) {
   Wall wall(rigs()[0], 300, 0);
   StereoMatchingOptions options;
@@ -172,6 +193,9 @@ TEST(StereoMatchingOptions, ChecksItself) {
   EXPECT_THROW(options.check(), InputError);
   options = {};
   options.epipolar_gate = 0;
+  EXPECT_THROW(options.check(), InputError);
+  options = {};
+  options.max_unaligned_sigma = -1;
   EXPECT_THROW(options.check(), InputError);
 }
 

@@ -162,6 +162,7 @@ ConfigFields fields_of(Config& c) {
                          {"stereo.min_depth", &c.frame.stereo.min_depth},
                          {"stereo.max_depth", &c.frame.stereo.max_depth},
                          {"stereo.refine", &c.frame.stereo.refine},
+                         {"stereo.max_unaligned_sigma", &c.frame.stereo.max_unaligned_sigma},
                          {"final.first_iterations", &c.final_adjustment.first_iterations},
                          {"final.second_iterations", &c.final_adjustment.second_iterations},
                          {"final.max_inertial_keyframes", &c.max_finally_adjusted}};

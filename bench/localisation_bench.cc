@@ -24,6 +24,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "bench/command_line.h"
 #include "rover/base/error.h"
 #include "rover/base/random.h"
 #include "rover/features/extractor_factory.h"
@@ -207,12 +208,5 @@ int main(int argc, char** argv) {
   app.add_option("--noise", options.noise, "standard deviation, gray levels");
   app.add_option("--radius", options.radius, "of the non-maximum suppression, px");
   app.add_option("--spread", options.spread, "share of the budget spread over a grid");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    rover::run(options);
-  } catch (const rover::InputError& error) {
-    std::cerr << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+  return rover::parse_and_run(app, argc, argv, [&] { rover::run(options); });
 }

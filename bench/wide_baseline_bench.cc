@@ -22,6 +22,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/calib3d.hpp>
 
+#include "bench/command_line.h"
 #include "rover/base/error.h"
 #include "rover/features/extractor_factory.h"
 #include "rover/matching/epipolar.h"
@@ -197,11 +198,5 @@ int main(int argc, char** argv) {
   app.add_option("--layers", options.layers);
   app.add_option("--min-similarity", options.min_similarity, "of mutual nearest neighbours");
   app.add_option("--threads", options.threads);
-  CLI11_PARSE(app, argc, argv);
-  try {
-    rover::run(options);
-  } catch (const rover::InputError& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-  }
+  return rover::parse_and_run(app, argc, argv, [&] { rover::run(options); });
 }

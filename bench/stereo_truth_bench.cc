@@ -5,7 +5,8 @@
 //   rover simulate --scene room --texture low --rate 2 --output DIR
 //   rover_stereo_truth_bench DIR --scene room --texture low
 //
-//   aligned    photometrically, by the sigma that is stated; else by that of both features together
+//   aligned    photometrically, by the sigma that is stated; else by whether the default options
+//              keep it
 //   wrong      share that is more than 1 px and 5 sigmas off along the epipolar line
 //   rms        px, of the others; stated: the root mean square of their sigmas
 //   bias       px, of the others' median: above 0 is too near
@@ -19,6 +20,7 @@
 
 #include <fmt/format.h>
 
+#include "bench/command_line.h"
 #include "rover/base/error.h"
 #include "rover/base/quantile.h"
 #include "rover/base/thread_pool.h"
@@ -69,70 +71,80 @@ std::optional<double> trace(const SceneRays& rays, const Eigen::Vector3d& origin
   return packet.distance[0];
 }
 
-// How far a right position is towards the near end of the epipolar line, px, given where the left
-// camera is.
-std::optional<double> error_of(const StereoMatch& match, const FeatureSet& left, const Rig& rig,
-                               const SE3& world_from_left, const SceneRays& rays) {
-  const auto ray = rig.cameras[0].unproject(left.positions[match.left].cast<double>());
-  if (!ray) return std::nullopt;
-  const auto distance = trace(rays, world_from_left.translation, world_from_left.rotation * *ray);
-  if (!distance) return std::nullopt;
-  const SE3 right_from_left = rig.body_from_camera[1].inverse() * rig.body_from_camera[0];
-  const Eigen::Vector3d point = *distance * *ray;
-  const auto seen = rig.cameras[1].project(right_from_left * point);
-  const auto at_infinity = rig.cameras[1].project(right_from_left.rotation * point);
-  if (!seen || !at_infinity) return std::nullopt;
-  return (match.position.cast<double>() - *seen).dot((*seen - *at_infinity).normalized());
-}
+// What the cameras of a simulated sequence really see.
+class Truth {
+ public:
+  Truth(const Scene& scene, const Rig& rig, const Trajectory& poses)
+      : rays_(scene.patches),
+        rig_(rig),
+        poses_(poses),
+        right_from_left_(rig.body_from_camera[1].inverse() * rig.body_from_camera[0]) {}
+
+  SE3 world_from_left(Timestamp time) const {
+    const auto at = std::ranges::lower_bound(poses_, time, {}, &StampedPose::time);
+    require(at != poses_.end() && at->time == time,
+            "the ground truth has no pose at {}; use a sequence of rover simulate", time);
+    return at->pose * rig_.body_from_camera[0];
+  }
+
+  // How far a right position is towards the near end of the epipolar line, px.
+  std::optional<double> error_of(const StereoMatch& match, const FeatureSet& left,
+                                 const SE3& world_from_left) const {
+    const auto ray = rig_.cameras[0].unproject(left.positions[match.left].cast<double>());
+    if (!ray) return std::nullopt;
+    const auto distance =
+        trace(rays_, world_from_left.translation, world_from_left.rotation * *ray);
+    if (!distance) return std::nullopt;
+    const Eigen::Vector3d point = *distance * *ray;
+    const auto seen = rig_.cameras[1].project(right_from_left_ * point);
+    const auto at_infinity = rig_.cameras[1].project(right_from_left_.rotation * point);
+    if (!seen || !at_infinity) return std::nullopt;
+    return (match.position.cast<double>() - *seen).dot((*seen - *at_infinity).normalized());
+  }
+
+ private:
+  SceneRays rays_;
+  const Rig& rig_;
+  const Trajectory& poses_;
+  SE3 right_from_left_;
+};
 
 std::string class_of(const StereoMatch& match, const FeatureSet& left, const FeatureSet& right) {
   if (match.sigma < 1) return match.sigma < 0.15f ? "aligned, below .15 px" : "aligned, above";
   const float sigma = std::hypot(left.sigmas[match.left], right.sigmas[match.right]);
-  return sigma <= 0.4f ? "not aligned, up to .4 px" : "not aligned, above";
+  return sigma <= StereoMatchingOptions().max_unaligned_sigma ? "not aligned, kept by default"
+                                                              : "not aligned, left out";
 }
 
-SE3 pose_at(const Trajectory& truth, Timestamp time) {
-  const auto at = std::ranges::lower_bound(truth, time, {}, &StampedPose::time);
-  require(at != truth.end() && at->time == time,
-          "the ground truth has no pose at {}; use one of "
-          "rover simulate",
-          time);
-  return at->pose;
-}
-
-void run(const Options& options) {
+Scene scene_of(const Options& options) {
+  SceneOptions scene;
+  scene.kind = parse_scene_kind(options.scene);
+  scene.seed = options.scene_seed;
+  scene.low_texture = parse_low_texture(options.texture);
   ThreadPool pool(options.threads);
-  SceneOptions scene_options;
-  scene_options.kind = parse_scene_kind(options.scene);
-  scene_options.seed = options.scene_seed;
-  scene_options.low_texture = options.texture == "low";
-  const Scene scene = make_scene(scene_options, pool);
-  const SceneRays rays(scene.patches);
-  DatasetOptions input;
-  input.path = options.sequence;
-  input.stereo = true;
-  const auto dataset = open_dataset(input);
-  const Rig rig = dataset->rig();
-  const Trajectory truth =
-      read_trajectory(input.path / "mav0" / "state_groundtruth_estimate0" / "data.csv");
-  RuntimeOptions inference;
-  inference.threads = options.threads;
-  Runtime runtime(inference);
-  const FeatureFamily family = make_feature_family(options.family, runtime);
+  return make_scene(scene, pool);
+}
+
+std::map<std::string, Tally> measure(Dataset& dataset, const FeatureFamily& family,
+                                     const Truth& truth) {
   StereoMatchingOptions matching;
   matching.max_unaligned_sigma = 10;  // all of them
   std::map<std::string, Tally> tallies;
-  while (const auto frame = dataset->next()) {
+  while (const auto frame = dataset.next()) {
     if (!frame->usable()) continue;
     const FeatureSet left = family.extractor->extract(frame->images[0], {});
     const FeatureSet right = family.extractor->extract(frame->images[1], {});
-    const SE3 world_from_left = pose_at(truth, frame->time) * rig.body_from_camera[0];
+    const SE3 world_from_left = truth.world_from_left(frame->time);
     for (const StereoMatch& match :
-         match_stereo(left, frame->images[0], right, frame->images[1], rig, matching)) {
-      const auto error = error_of(match, left, rig, world_from_left, rays);
+         match_stereo(left, frame->images[0], right, frame->images[1], dataset.rig(), matching)) {
+      const auto error = truth.error_of(match, left, world_from_left);
       if (error) tallies[class_of(match, left, right)].add(*error, match.sigma);
     }
   }
+  return tallies;
+}
+
+void print(const std::map<std::string, Tally>& tallies) {
   std::cout << "| partners | count | wrong | rms | stated | bias |\n|---|---|---|---|---|---|\n";
   for (const auto& [name, tally] : tallies) {
     const auto good = static_cast<double>(tally.errors.size());
@@ -141,6 +153,18 @@ void run(const Options& options) {
         tally.wrong + tally.errors.size(), 100 * tally.wrong / (tally.wrong + good),
         std::sqrt(tally.squares / good), std::sqrt(tally.stated / good), median(tally.errors));
   }
+}
+
+void run(const Options& options) {
+  DatasetOptions input;
+  input.path = options.sequence;
+  input.stereo = true;
+  const auto dataset = open_dataset(input);
+  RuntimeOptions inference;
+  inference.threads = options.threads;
+  Runtime runtime(inference);
+  const Truth truth(scene_of(options), dataset->rig(), dataset->ground_truth());
+  print(measure(*dataset, make_feature_family(options.family, runtime), truth));
 }
 
 }  // namespace
@@ -155,12 +179,5 @@ int main(int argc, char** argv) {
   program.add_option("--scene-seed", options.scene_seed, "likewise");
   program.add_option("--family", options.family, "feature family");
   program.add_option("--threads", options.threads, "default 2");
-  CLI11_PARSE(program, argc, argv);
-  try {
-    rover::run(options);
-  } catch (const rover::InputError& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-  }
-  return 0;
+  return rover::parse_and_run(program, argc, argv, [&] { rover::run(options); });
 }

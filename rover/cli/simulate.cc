@@ -215,11 +215,6 @@ std::size_t lap_frames(const SimulateOptions& options) {
   return static_cast<std::size_t>(std::lround(frames));
 }
 
-bool parse_texture(const std::string& name) {
-  require(name == "rich" || name == "low", "--texture '{}' is not known; use rich or low", name);
-  return name == "low";
-}
-
 SequenceOptions sequence_options(const SimulateOptions& options) {
   SequenceOptions sequence;
   sequence.output = options.output;
@@ -231,7 +226,7 @@ SequenceOptions sequence_options(const SimulateOptions& options) {
   sequence.rig = make_rig(options.rig);
   sequence.scene.kind = parse_scene_kind(options.scene);
   sequence.scene.seed = options.scene_seed;
-  sequence.scene.low_texture = parse_texture(options.texture);
+  sequence.scene.low_texture = parse_low_texture(options.texture);
   sequence.scene.moving_objects = options.moving_objects;
   if (!options.textures.empty()) sequence.scene.photographs = options.textures;
   sequence.render.samples = options.samples;

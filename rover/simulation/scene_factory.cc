@@ -367,6 +367,11 @@ SceneKind parse_scene_kind(const std::string& name) {
   throw InputError("--scene '{}' is not known; use room, hall, corridor or street", name);
 }
 
+bool parse_low_texture(const std::string& name) {
+  require(name == "rich" || name == "low", "--texture '{}' is not known; use rich or low", name);
+  return name == "low";
+}
+
 void SceneOptions::check() const {
   require(moving_objects >= 0 && moving_objects <= 100,
           "--moving-objects {}: must lie between 0 and 100", moving_objects);

@@ -22,6 +22,9 @@ enum class SceneKind {
 // "room", "hall", "corridor", "street". Throws InputError for others.
 SceneKind parse_scene_kind(const std::string& name);
 
+// Whether a texture is low: "rich" or "low". Throws InputError for others.
+bool parse_low_texture(const std::string& name);
+
 struct SceneOptions {
   SceneKind kind = SceneKind::kRoom;
   std::uint64_t seed = 0;

@@ -49,6 +49,12 @@ struct Frame {
     if (!stereo || !(*stereo)[static_cast<std::size_t>(feature)].valid()) return nullptr;
     return &(*stereo)[static_cast<std::size_t>(feature)];
   }
+  // px, of a feature with a partner: its place in camera 1's raw image less that in camera 0's,
+  // both as detected. Photometric refinement moves an observation, and its point with it, not this.
+  Eigen::Vector2f disparity(int feature) const {
+    const auto i = static_cast<std::size_t>(feature);
+    return (*stereo)[i].pixel - features->positions[i];
+  }
   const Observation& operator[](int feature) const {
     return observations[static_cast<std::size_t>(feature)];
   }

@@ -7,6 +7,7 @@
 
 #include "rover/camera/camera.h"
 #include "rover/geometry/se3.h"
+#include "rover/optimization/reprojection.h"
 
 namespace rover {
 
@@ -14,7 +15,7 @@ namespace rover {
 struct BundleObservation {
   int pose = -1;
   int point = -1;
-  int camera = 0;         // of the rig
+  int camera = 0;         // of the rig, or kDisparity
   Eigen::Vector2d pixel;  // px, raw image
   double sigma = 1;       // px, standard deviation per axis
 };

@@ -48,6 +48,20 @@ TEST_P(BundleAdjustmentTest, FindsTheTruthWithoutNoise) {
   }
 }
 
+// Where both cameras' places share their errors, disparities hold the scale.
+TEST_P(BundleAdjustmentTest, DisparitiesHoldTheScale) {
+  BundleSimulation simulation{.fixed_poses = 1, .sigma = 0};
+  simulation.rig = simulated_rig(simulated_pinhole(), 2);
+  const SimulatedBundle simulated = simulate_bundle(simulation);
+  BundleProblem problem = with_disparities(simulated.problem);
+  Random random(4);
+  for (BundleObservation& seen : problem.observations) {
+    if (seen.camera == 0) seen.pixel += 0.1 * Eigen::Vector2d(random.gaussian(), random.gaussian());
+  }
+  ASSERT_TRUE(adjust_bundle(problem, options()).usable);
+  EXPECT_LT(largest_pose_error(problem, simulated.truth), 2e-3);
+}
+
 TEST_P(BundleAdjustmentTest, RemovesOutliers) {
   auto [truth, problem, is_outlier] = simulate_bundle({.sigma = 0.3, .outliers = 0.2, .seed = 3});
   const double before = largest_pose_error(problem, truth);
@@ -266,6 +280,7 @@ TEST(BundleAdjustment, SchurAgreesWithCeres) {
         simulated_rig(seed % 2 ? simulated_pinhole() : simulated_fisheye(), seed % 4 < 2 ? 1 : 2);
     simulation.fixed_poses = seed % 3 == 0 ? 1 : 2;
     BundleProblem ours = simulate_bundle(simulation).problem;
+    if (seed % 4 == 3) ours = with_disparities(ours);
     BundleProblem theirs = ours;
     BundleOptions options{.first_iterations = 100, .second_iterations = 100};
     options.fix_scale = ours.rig.size() == 1;

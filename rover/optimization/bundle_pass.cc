@@ -32,7 +32,8 @@ Fits fits_of(const BundleProblem& problem) {
   for (const BundleObservation& seen : problem.observations) {
     const Eigen::Vector3d point = frames[seen.pose].from_world(problem.points[seen.point]);
     fits.chi2.push_back(reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma));
-    distances.push_back((point - problem.rig.body_from_camera[seen.camera].translation).norm());
+    const int camera = seen.camera == kDisparity ? 0 : seen.camera;
+    distances.push_back((point - problem.rig.body_from_camera[camera].translation).norm());
   }
   const double nearest = kNearest * median(distances);
   for (std::size_t i = 0; i < distances.size(); ++i) {
@@ -91,7 +92,8 @@ void check_indices(const BundleProblem& problem) {
   for (const BundleObservation& seen : problem.observations) {
     if (!valid(seen.pose, problem.world_from_body.size()) ||
         !valid(seen.point, problem.points.size()) ||
-        !valid(seen.camera, problem.rig.cameras.size()))
+        !(seen.camera == kDisparity ? problem.rig.size() > 1
+                                    : valid(seen.camera, problem.rig.cameras.size())))
       throw std::invalid_argument("bundle adjustment: an observation's index is out of range");
     if (!(seen.sigma > 0))
       throw std::invalid_argument("bundle adjustment: an observation's sigma is not positive");

@@ -60,8 +60,9 @@ class Gatherer {
     const StereoObservation* right = frame.stereo_of(feature);
     if (!right || left.stereo_rejected) return;
     has_stereo_ = true;
-    problem_.bundle.observations.push_back(
-        {pose, point, 1, right->pixel.cast<double>(), effective_sigma(right->sigma, weighting_)});
+    problem_.bundle.observations.push_back({pose, point, kDisparity,
+                                            frame.disparity(feature).cast<double>(),
+                                            effective_disparity_sigma(right->sigma, weighting_)});
   }
 
   const Map& map_;
@@ -129,10 +130,16 @@ void move_newcomers(Map& map, const MapProblem& problem, double scale) {
 void WeightingOptions::check() const {
   require(model_sigma >= 0 && model_sigma < 100, "weighting.model_sigma is {}; use 0 to 100 px",
           model_sigma);
+  require(disparity_sigma >= 0 && disparity_sigma < 100,
+          "weighting.disparity_sigma is {}; use 0 to 100 px", disparity_sigma);
 }
 
 double effective_sigma(double sigma, const WeightingOptions& weighting) {
   return std::hypot(sigma, weighting.model_sigma);
+}
+
+double effective_disparity_sigma(double sigma, const WeightingOptions& weighting) {
+  return std::hypot(sigma, weighting.disparity_sigma);
 }
 
 MapProblem gather_problem(const Map& map, const std::vector<KeyframeId>& free, int max_fixed,

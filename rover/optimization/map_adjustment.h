@@ -12,12 +12,23 @@ struct WeightingOptions {
   // px: what every observation may be off by besides its own noise (calibration, rolling shutter,
   // landmarks that are no points); added in quadrature to its sigma.
   double model_sigma = 0.5;
+  // px: the same for disparities, in place of model_sigma. Of an aligned pair both images show one
+  // patch, and hardly differ in what it does not share with the landmark.
+  double disparity_sigma = 0.2;
 
   void check() const;
 };
 
+// BundleOptions::huber for adjustments of maps. Most observations are off by far less than
+// model_sigma, some by far more that are no outliers yet (features on outlines, patches seen at an
+// angle): close to least deviations, the many are not pulled by the few.
+constexpr double kMapHuber = 0.6;
+
 // The standard deviation that an observation enters an adjustment with, px.
 double effective_sigma(double sigma, const WeightingOptions& weighting);
+
+// Likewise of a stereo partner's disparity.
+double effective_disparity_sigma(double sigma, const WeightingOptions& weighting);
 
 // A part of a map as an adjustment problem, with the way back.
 struct MapProblem {

@@ -121,6 +121,32 @@ TEST(MapAdjustment, WeighsByNoiseAndModel) {
   for (const auto& observation : problem.bundle.observations) {
     EXPECT_NEAR(observation.sigma, 1.3, 1e-9);  // 0.5 px of its own
   }
+  const MapProblem stereo = gather_whole_map(test_map(3, 30, 0.1), {1.2, 1.2});
+  for (const auto& observation : stereo.bundle.observations) {
+    EXPECT_NEAR(observation.sigma, 1.3, 1e-9);
+  }
+  EXPECT_DOUBLE_EQ(effective_disparity_sigma(3, {1, 4}), 5);
+}
+
+// Refined, an observation is of another point of the patch, and its partner with it.
+TEST(MapAdjustment, RefinementLeavesTheDisparity) {
+  Map map = test_map(3, 30, 0.1);
+  const MapProblem before = gather_whole_map(map, {});
+  map.set_measurement({1}, 7, map.at(KeyframeId{1}).frame[7].pixel + Eigen::Vector2f(0.7f, -0.4f),
+                      0.1f);
+  const MapProblem after = gather_whole_map(map, {});
+  ASSERT_EQ(before.bundle.observations.size(), after.bundle.observations.size());
+  int moved = 0, disparities = 0;
+  for (std::size_t i = 0; i < after.bundle.observations.size(); ++i) {
+    const BundleObservation& now = after.bundle.observations[i];
+    const double change = (now.pixel - before.bundle.observations[i].pixel).norm();
+    moved += change > 0;
+    if (now.camera != kDisparity) continue;
+    EXPECT_EQ(change, 0);
+    ++disparities;
+  }
+  EXPECT_EQ(moved, 1);
+  EXPECT_EQ(disparities, 90);
 }
 
 TEST(MapAdjustment, RepairsADisturbedMap) {
@@ -168,7 +194,7 @@ TEST(MapAdjustment, RemovesLandmarksLeftWithOneView) {
 TEST(MapAdjustment, AWrongStereoPartnerLeavesTheObservation) {
   Map map = test_map(3, 30, 0.1);
   const MapProblem problem = gather_whole_map(map, {});
-  commit_adjustment(map, problem, with_outlier(problem, {4}, {1}, 1));
+  commit_adjustment(map, problem, with_outlier(problem, {4}, {1}, kDisparity));
   EXPECT_TRUE(map.at(KeyframeId{1}).frame[4].stereo_rejected);
   EXPECT_TRUE(map.at(LandmarkId{4}).has_observation({1}));
   EXPECT_FALSE(map.at(KeyframeId{1}).frame[5].stereo_rejected);

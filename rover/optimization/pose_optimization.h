@@ -7,6 +7,7 @@
 
 #include "rover/camera/camera.h"
 #include "rover/geometry/se3.h"
+#include "rover/optimization/reprojection.h"
 
 namespace rover {
 
@@ -14,7 +15,7 @@ namespace rover {
 struct PoseObservation {
   Eigen::Vector3d point;  // m, world frame
   Eigen::Vector2d pixel;  // px, raw image of `camera`
-  int camera = 0;         // of the rig
+  int camera = 0;         // of the rig, or kDisparity
   double sigma = 1;       // px, standard deviation per axis
 };
 

@@ -27,6 +27,9 @@ Reprojector::Reprojector(const Rig& rig) : rig_(rig) {
 bool Reprojector::evaluate(int camera, const Eigen::Vector3d& point_in_body,
                            const Eigen::Vector2d& pixel, double sigma, Eigen::Vector2d& residual,
                            Matrix23d* by_body_point) const {
+  if (camera == kDisparity) {
+    return evaluate_disparity(point_in_body, pixel, sigma, residual, by_body_point);
+  }
   const Extrinsics& extrinsics = camera_from_body_[camera];
   const Eigen::Vector3d point = extrinsics.rotation * point_in_body + extrinsics.translation;
   Matrix23d jacobian;
@@ -38,6 +41,22 @@ bool Reprojector::evaluate(int camera, const Eigen::Vector3d& point_in_body,
     jacobian *= -scale;
     by_body_point->noalias() = jacobian.lazyProduct(extrinsics.rotation);
   }
+  return true;
+}
+
+bool Reprojector::evaluate_disparity(const Eigen::Vector3d& point_in_body,
+                                     const Eigen::Vector2d& disparity, double sigma,
+                                     Eigen::Vector2d& residual, Matrix23d* by_body_point) const {
+  Eigen::Vector2d left, right;
+  Matrix23d by_left, by_right;
+  const bool wanted = by_body_point != nullptr;
+  if (!evaluate(0, point_in_body, Eigen::Vector2d::Zero(), sigma, left,
+                wanted ? &by_left : nullptr) ||
+      !evaluate(1, point_in_body, disparity, sigma, right, wanted ? &by_right : nullptr)) {
+    return false;
+  }
+  residual = right - left;
+  if (wanted) *by_body_point = by_right - by_left;
   return true;
 }
 

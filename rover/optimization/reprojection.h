@@ -12,6 +12,11 @@ namespace rover {
 using Matrix26d = Eigen::Matrix<double, 2, 6>;
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
+// As the camera of an observation: its pixel is the point's place in camera 1 less that in camera
+// 0. Both images show one patch around the feature, wherever on the landmark it lies, so the
+// difference is far better known than either place, whose errors they share.
+constexpr int kDisparity = -1;
+
 // The reprojection residual, (pixel - projection) / sigma, through a camera's own model and its
 // place in the body frame; dimensionless (in sigmas).
 //
@@ -39,6 +44,9 @@ class Reprojector {
               double sigma) const;
 
  private:
+  bool evaluate_disparity(const Eigen::Vector3d& point_in_body, const Eigen::Vector2d& disparity,
+                          double sigma, Eigen::Vector2d& residual, Matrix23d* by_body_point) const;
+
   struct Extrinsics {
     Eigen::Matrix3d rotation;  // camera_from_body
     Eigen::Vector3d translation;

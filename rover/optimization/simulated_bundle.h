@@ -116,6 +116,20 @@ inline SimulatedBundle simulate_bundle(const BundleSimulation& simulation) {
   return result;
 }
 
+// The same problem with disparities in place of what the second camera sees besides the first.
+inline BundleProblem with_disparities(BundleProblem problem) {
+  auto& seen = problem.observations;
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    const BundleObservation& left = seen[i - 1];
+    if (left.camera != 0 || seen[i].camera != 1 || left.pose != seen[i].pose ||
+        left.point != seen[i].point)
+      continue;
+    seen[i].camera = kDisparity;
+    seen[i].pixel -= left.pixel;
+  }
+  return problem;
+}
+
 // The same problem seen from another world frame: p -> scale * (motion p). Scaling keeps the
 // residuals only for a rig of one camera at the body's origin.
 inline BundleProblem moved(BundleProblem problem, const SE3& motion, double scale) {

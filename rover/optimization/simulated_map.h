@@ -75,6 +75,13 @@ class SimulatedMap {
     return truth.world_from_body[index] * truth.rig.body_from_camera[0];
   }
 
+  Eigen::Vector2d exact_pixel(const BundleObservation& seen) const {
+    const BundleProblem& truth = flight_.truth.bundle;
+    const SE3 camera = true_camera(static_cast<std::size_t>(seen.pose));
+    const Eigen::Vector3d& point = truth.points[static_cast<std::size_t>(seen.point)];
+    return *truth.rig.cameras[0].project(camera.inverse() * point);
+  }
+
   // Cut for the offset of the clock that the map has found.
   std::shared_ptr<const Preintegration> motion_of(const Map& map, const InertialLink& link) const {
     const Timestamp offset = map.calibration().time_offset;
@@ -96,6 +103,7 @@ class SimulatedMap {
                      : flight_.truth.links.back().motion.end();
     frame.world_from_body = world_from_body;
     points_.clear();
+    Eigen::Vector2d left_error = Eigen::Vector2d::Zero();  // shared by the partner
     for (const BundleObservation& seen : flight_.truth.bundle.observations) {
       if (seen.pose != index) continue;
       const auto sigma = static_cast<float>(seen.sigma);
@@ -104,8 +112,9 @@ class SimulatedMap {
         frame.observations.push_back({{}, seen.pixel.cast<float>(), sigma, false, false});
         features->positions.push_back(seen.pixel.cast<float>());
         stereo->emplace_back();
+        left_error = seen.pixel - exact_pixel(seen);
       } else if (!points_.empty() && points_.back() == static_cast<std::size_t>(seen.point)) {
-        stereo->back().pixel = seen.pixel.cast<float>();
+        stereo->back().pixel = (seen.pixel + left_error).cast<float>();
         stereo->back().sigma = sigma;
       }
     }

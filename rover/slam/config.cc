@@ -94,6 +94,7 @@ Precision parse_precision(const std::string& name) {
 }  // namespace
 
 Config::Config() {
+  final_adjustment.huber = kMapHuber;
   final_adjustment.first_iterations = 20;
   final_adjustment.second_iterations = 50;
 }

@@ -152,6 +152,7 @@ ConfigFields fields_of(Config& c) {
                          {"tracking.matcher", &c.tracking_matcher},
                          {"mapping.matcher", &c.mapping_matcher},
                          {"model_sigma", &c.weighting.model_sigma},
+                         {"disparity_sigma", &c.weighting.disparity_sigma},
                          {"refinement.half_window", &c.refinement.half_window},
                          {"refinement.max_iterations", &c.refinement.max_iterations},
                          {"refinement.max_shift", &c.refinement.max_shift},

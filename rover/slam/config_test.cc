@@ -66,6 +66,7 @@ TEST(Config, WhatIsListedCanBeReadBack) {
   changed.frame.features = 612;
   changed.extraction.adaptive = false;
   changed.weighting.model_sigma = 0.75;
+  changed.weighting.disparity_sigma = 0.25;
   changed.tracking.keyframe.max_parallax = 33.25;
   changed.tracking.stereo.max_baselines = 35;
   changed.mapping.creation.chi2 = 7.5;
@@ -149,6 +150,7 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("threads: 0\n"), HasSubstr("threads"));
   EXPECT_THAT(refusal("mapping_queue: 0\n"), HasSubstr("mapping_queue"));
   EXPECT_THAT(refusal("seed: 8\nmodel_sigma: -1\n"), HasSubstr("model_sigma"));
+  EXPECT_THAT(refusal("disparity_sigma: -1\n"), HasSubstr("disparity_sigma"));
   EXPECT_THAT(refusal("final.max_inertial_keyframes: 1\n"), HasSubstr("max_inertial_keyframes"));
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));
   EXPECT_THAT(refusal("keyframe.min_tracked_share: 1.5\n"), HasSubstr("min_tracked_share"));

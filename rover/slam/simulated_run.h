@@ -81,15 +81,22 @@ class SimulatedRun {
  private:
   static constexpr ImuCalibration kCalibration = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
 
+  // Noise is what is stated, and Gaussian.
+  static constexpr WeightingOptions kExact = {.model_sigma = 0, .disparity_sigma = 0};
+  static constexpr double kGaussian = 2.447;
+
   static TrackerOptions tracker_options(const SimulatedRunOptions& simulated) {
     TrackerOptions options;
-    options.weighting.model_sigma = 0;
+    options.weighting = kExact;
+    options.initial_adjustment.huber = kGaussian;
     options.inertial.noise = simulated.noise;
     return options;
   }
   static LocalMapperOptions mapper_options() {
     LocalMapperOptions options;
-    options.creation.weighting.model_sigma = 0;
+    options.creation.weighting = kExact;
+    options.adjustment.huber = kGaussian;
+    options.inertial.adjustment.huber = kGaussian;
     options.is_inertial = true;
     return options;
   }
@@ -110,13 +117,14 @@ class SimulatedRun {
     }
   }
 
-  std::optional<Eigen::Vector2f> see(int camera, const Eigen::Vector3d& in_body) {
-    const auto index = static_cast<std::size_t>(camera);
-    const Camera& model = rig_->cameras[index];
-    const auto pixel = model.project(rig_->body_from_camera[index].inverse() * in_body);
+  // What a camera sees, off by an error that is given and by noise; the error then is both.
+  std::optional<Eigen::Vector2f> see(std::size_t camera, const Eigen::Vector3d& in_body,
+                                     Eigen::Vector2d& error) {
+    const Camera& model = rig_->cameras[camera];
+    const auto pixel = model.project(rig_->body_from_camera[camera].inverse() * in_body);
     if (!pixel || !model.contains(*pixel)) return std::nullopt;
-    const Eigen::Vector2d noise(random_.gaussian(), random_.gaussian());
-    return (*pixel + options_.sigma * noise).cast<float>();
+    error += options_.sigma * Eigen::Vector2d(random_.gaussian(), random_.gaussian());
+    return (*pixel + error).cast<float>();
   }
 
   StereoObservation join(const Eigen::Vector2f& left, const Eigen::Vector2f& right) const {
@@ -143,12 +151,13 @@ class SimulatedRun {
     std::vector<int> seen;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Eigen::Vector3d in_body = body_from_world * points_[i];
-      const auto left = see(0, in_body);
+      Eigen::Vector2d error = Eigen::Vector2d::Zero();  // of the left place, shared by the partner
+      const auto left = see(0, in_body, error);
       if (!left) continue;
       seen.push_back(static_cast<int>(i));
       features->positions.push_back(*left);
       if (options_.cameras < 2) continue;
-      const auto right = see(1, in_body);
+      const auto right = see(1, in_body, error);
       stereo->push_back(right ? join(*left, *right) : StereoObservation{});
     }
     describe(seen, *features);

@@ -15,7 +15,8 @@ struct Gathered {
     append({point, left.pixel.cast<double>(), 0, effective_sigma(left.sigma, weighting)}, feature,
            landmark);
     if (const StereoObservation* right = frame.stereo_of(feature)) {
-      append({point, right->pixel.cast<double>(), 1, effective_sigma(right->sigma, weighting)},
+      append({point, frame.disparity(feature).cast<double>(), kDisparity,
+              effective_disparity_sigma(right->sigma, weighting)},
              feature, landmark);
     }
   }

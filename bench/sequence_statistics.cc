@@ -7,8 +7,8 @@
 #include <iostream>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
+#include "bench/command_line.h"
 #include "rover/datasets/dataset.h"
 #include "rover/matching/feature_family.h"
 #include "rover/slam/system.h"
@@ -104,11 +104,11 @@ int main(int argc, char** argv) {
   std::vector<std::string> sequences;
   program.add_option("mode", mode, "mono or stereo")->required();
   program.add_option("sequences", sequences, "dataset folders")->required();
-  CLI11_PARSE(program, argc, argv);
-  for (const std::string& sequence : sequences) {
-    std::cout << sequence << '\n';
-    print_run(sequence, rover::parse_mode(mode));
-    print_features(sequence);
-  }
-  return 0;
+  return rover::parse_and_run(program, argc, argv, [&] {
+    for (const std::string& sequence : sequences) {
+      std::cout << sequence << '\n';
+      print_run(sequence, rover::parse_mode(mode));
+      print_features(sequence);
+    }
+  });
 }

@@ -37,10 +37,8 @@ struct InertialMapperOptions {
   double max_link_chi2 = 90;            // mean over the window, of 9 degrees of freedom, ...
   double trial_period = 3;              // ... in the first s
   // At initialisation, at its refinements, and without inertial data where it is undone.
-  BundleOptions adjustment{.first_iterations = 10,
-                           .second_iterations = 10,
-                           .huber = kMapHuber,
-                           .min_relative_decrease = 1e-5};
+  BundleOptions adjustment{
+      .first_iterations = 10, .second_iterations = 10, .min_relative_decrease = 1e-5};
 
   void check() const;
 };

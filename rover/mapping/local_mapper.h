@@ -20,7 +20,7 @@ struct LocalMapperOptions {
   double fusion_radius = 3;   // px at 640 wide
   int window = 12;            // free keyframes of the local adjustment
   int max_fixed = 20;         // fixed ones around it
-  BundleOptions adjustment{.huber = kMapHuber};
+  BundleOptions adjustment;
   double min_found_share = 0.25;  // of the frames that should have seen a young landmark
   int min_observations = 3;       // keyframes that see a landmark ...
   int probation = 3;              // ... so many keyframes after it was made

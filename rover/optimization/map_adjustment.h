@@ -19,11 +19,6 @@ struct WeightingOptions {
   void check() const;
 };
 
-// BundleOptions::huber for adjustments of maps. Most observations are off by far less than
-// model_sigma, some by far more that are no outliers yet (features on outlines, patches seen at an
-// angle): close to least deviations, the many are not pulled by the few.
-constexpr double kMapHuber = 0.6;
-
 // The standard deviation that an observation enters an adjustment with, px.
 double effective_sigma(double sigma, const WeightingOptions& weighting);
 

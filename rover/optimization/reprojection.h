@@ -14,7 +14,8 @@ using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
 // As the camera of an observation: its pixel is the point's place in camera 1 less that in camera
 // 0. Both images show one patch around the feature, wherever on the landmark it lies, so the
-// difference is far better known than either place, whose errors they share.
+// difference is far better known than either place, whose errors they share (docs/matching.md). The
+// images must be alike but for the shift, as alignment of the partner asks too.
 constexpr int kDisparity = -1;
 
 // The reprojection residual, (pixel - projection) / sigma, through a camera's own model and its

@@ -94,7 +94,6 @@ Precision parse_precision(const std::string& name) {
 }  // namespace
 
 Config::Config() {
-  final_adjustment.huber = kMapHuber;
   final_adjustment.first_iterations = 20;
   final_adjustment.second_iterations = 50;
 }
@@ -127,6 +126,8 @@ void Config::check() const {
     require(std::ranges::count(matcher_names(), matcher) > 0,
             "unknown matcher '{}'; use learned or classical", matcher);
   }
+  require(stereo_inertial_huber > 0, "inertial.stereo_huber is {}; use a number above 0",
+          stereo_inertial_huber);
   weighting.check();
   refinement.check();
   frame.check();

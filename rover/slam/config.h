@@ -44,6 +44,12 @@ struct Config {
   std::string mapping_matcher = "learned";   // and relocalisation; of mapping
   double imu_time_offset = 0;  // s: time of the inertial clock = time of the cameras' + offset
   WeightingOptions weighting;  // used by all stages
+  // BundleOptions::huber of the map's adjustments, stereo-inertial. Most observations are off by
+  // far less than the weighting says, some by far more that are no outliers yet (features on
+  // outlines, patches seen at an angle): close to least deviations, the many are not pulled by the
+  // few. Not monocular: what vision loses of its weight inertial data gain, and scale follows their
+  // slow errors.
+  double stereo_inertial_huber = 0.6;
   PatchRefinementOptions refinement;  // likewise
   ExtractionConfig extraction;
   FrameBuilderOptions frame;

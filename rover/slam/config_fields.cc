@@ -122,6 +122,7 @@ void add_inertial(Config& c, ConfigFields& fields) {
                  {"inertial.max_accelerometer_bias", &m.max_accelerometer_bias},
                  {"inertial.max_reprojection_ratio", &m.max_reprojection_ratio},
                  {"inertial.max_link_chi2", &m.max_link_chi2},
+                 {"inertial.stereo_huber", &c.stereo_inertial_huber},
                  {"inertial.trial_period", &m.trial_period},
                  {"inertial.estimate_time_offset", &m.calibration.time_offset},
                  {"inertial.refine_extrinsics", &m.calibration.extrinsics},

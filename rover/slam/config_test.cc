@@ -151,6 +151,7 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("mapping_queue: 0\n"), HasSubstr("mapping_queue"));
   EXPECT_THAT(refusal("seed: 8\nmodel_sigma: -1\n"), HasSubstr("model_sigma"));
   EXPECT_THAT(refusal("disparity_sigma: -1\n"), HasSubstr("disparity_sigma"));
+  EXPECT_THAT(refusal("inertial.stereo_huber: 0\n"), HasSubstr("stereo_huber"));
   EXPECT_THAT(refusal("final.max_inertial_keyframes: 1\n"), HasSubstr("max_inertial_keyframes"));
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));
   EXPECT_THAT(refusal("keyframe.min_tracked_share: 1.5\n"), HasSubstr("min_tracked_share"));

@@ -81,22 +81,18 @@ class SimulatedRun {
  private:
   static constexpr ImuCalibration kCalibration = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
 
-  // Noise is what is stated, and Gaussian.
+  // Noise is what is stated.
   static constexpr WeightingOptions kExact = {.model_sigma = 0, .disparity_sigma = 0};
-  static constexpr double kGaussian = 2.447;
 
   static TrackerOptions tracker_options(const SimulatedRunOptions& simulated) {
     TrackerOptions options;
     options.weighting = kExact;
-    options.initial_adjustment.huber = kGaussian;
     options.inertial.noise = simulated.noise;
     return options;
   }
   static LocalMapperOptions mapper_options() {
     LocalMapperOptions options;
     options.creation.weighting = kExact;
-    options.adjustment.huber = kGaussian;
-    options.inertial.adjustment.huber = kGaussian;
     options.is_inertial = true;
     return options;
   }

@@ -40,7 +40,7 @@ struct TrackerOptions {
   StereoLandmarkOptions stereo;
   RelocalizationOptions relocalization;
   MonoInitializerOptions initialization;
-  BundleOptions initial_adjustment{.huber = kMapHuber};
+  BundleOptions initial_adjustment;
   InertialTrackingOptions inertial;
   StillnessOptions still;
 

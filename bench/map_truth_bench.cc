@@ -46,30 +46,32 @@ class Comparison {
   void compare(const Landmark& landmark) {
     const auto& first = landmark.observations.front();
     const Frame& reference = map_.at(first.keyframe).frame;
-    const SE3 world_from_left = truth_.world_from_left(reference.time);
+    const SE3 world_from_first = truth_.world_from_left(reference.time);
     const auto point =
-        truth_.point_at(reference[first.feature].pixel.cast<double>(), world_from_left);
+        truth_.point_at(reference[first.feature].pixel.cast<double>(), world_from_first);
     if (!point) return;
-    const Eigen::Vector3d in_world = world_from_left * *point;
+    const Eigen::Vector3d in_world = world_from_first * *point;
     for (const auto& seen : landmark.observations) {
       const Frame& frame = map_.at(seen.keyframe).frame;
       Errors& errors = errors_[frame[seen.feature].refined ? "refined" : "not refined"];
-      compare_disparity(frame, seen.feature, errors);
-      if (seen != first) compare_place(frame, seen.feature, in_world, errors);
+      const SE3 world_from_left = truth_.world_from_left(frame.time);
+      compare_disparity(frame, seen.feature, world_from_left, errors);
+      if (seen != first) {
+        compare_place(frame[seen.feature], world_from_left.inverse() * in_world, errors);
+      }
     }
   }
 
-  void compare_place(const Frame& frame, int feature, const Eigen::Vector3d& in_world,
+  void compare_place(const Observation& observation, const Eigen::Vector3d& point,
                      Errors& errors) const {
-    const SE3 world_from_left = truth_.world_from_left(frame.time);
-    const auto seen = rig_.cameras[0].project(world_from_left.inverse() * in_world);
-    if (seen) errors.place.push_back((frame[feature].pixel.cast<double>() - *seen).norm());
+    const auto seen = rig_.cameras[0].project(point);
+    if (seen) errors.place.push_back((observation.pixel.cast<double>() - *seen).norm());
   }
 
-  void compare_disparity(const Frame& frame, int feature, Errors& errors) const {
+  void compare_disparity(const Frame& frame, int feature, const SE3& world_from_left,
+                         Errors& errors) const {
     const StereoObservation* partner = frame.stereo_of(feature);
     if (!partner || frame[feature].stereo_rejected) return;
-    const SE3 world_from_left = truth_.world_from_left(frame.time);
     const Eigen::Vector2d place = frame[feature].pixel.cast<double>();
     const auto add = [&](const Eigen::Vector2d& right, std::vector<double>& to) {
       const auto error = truth_.disparity_error(place, right, world_from_left);

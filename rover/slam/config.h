@@ -44,18 +44,18 @@ struct Config {
   std::string mapping_matcher = "learned";   // and relocalisation; of mapping
   double imu_time_offset = 0;  // s: time of the inertial clock = time of the cameras' + offset
   WeightingOptions weighting;  // used by all stages
-  // BundleOptions::huber of the map's adjustments, stereo-inertial. Most observations are off by
-  // far less than the weighting says, some by far more that are no outliers yet (features on
-  // outlines, patches seen at an angle): close to least deviations, the many are not pulled by the
-  // few. Not monocular: what vision loses of its weight inertial data gain, and scale follows their
-  // slow errors.
-  double stereo_inertial_huber = 0.6;
   PatchRefinementOptions refinement;  // likewise
   ExtractionConfig extraction;
   FrameBuilderOptions frame;
   TrackerOptions tracking;
   LocalMapperOptions mapping;
   BundleOptions final_adjustment;
+  // BundleOptions::huber of mapping's and the final adjustments, stereo-inertial. Most observations
+  // are off by far less than the weighting says, some by far more that are no outliers yet
+  // (features on outlines, patches seen at an angle): close to least deviations, the many are not
+  // pulled by the few. Not monocular: what vision loses of its weight inertial data gain, and scale
+  // follows their slow errors.
+  double stereo_inertial_huber = 0.6;
   // Of larger inertial maps the newest so many keyframes are adjusted at the end, and older ones
   // move along: memory goes with the square of their number, 0.2 GB for 300.
   int max_finally_adjusted = 300;

@@ -106,6 +106,7 @@ void run(const SimulatedSequence& sequence) {
   const auto dataset = open_dataset(input);
   System system(Config(), dataset->rig().in_camera_frame(), Mode::kStereo);
   while (const auto frame = dataset->next()) {
+    if (ends_before(dataset->ground_truth(), frame->time)) break;
     if (frame->usable()) system.add_images(frame->time, frame->images[0], frame->images[1]);
   }
   system.finish();

@@ -39,6 +39,11 @@ struct SimulatedSequence {
   }
 };
 
+// The last image of a sequence may lie beyond the last pose of its ground truth.
+inline bool ends_before(const Trajectory& poses, Timestamp time) {
+  return !poses.empty() && poses.back().time < time;
+}
+
 // What the cameras of a simulated sequence really see. Keeps references.
 class SceneTruth {
  public:

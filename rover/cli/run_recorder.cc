@@ -32,13 +32,8 @@ void RunRecorder::add(std::int64_t index, const TrackingResult& result, double t
                      result.features, result.matches, result.inliers, total_ms, rss_mb_});
   times_.emplace_back(index, result.times);
   if (!result.placed() || !result.metric) return;
-  if (odometry_.empty() && result.inertial) {
-    odometry_from_body_ = result.world_from_body;  // upright
-  } else {
-    odometry_from_body_ = odometry_from_body_ * result.last_from_body;
-  }
-  causal_.push_back({pose.time, result.world_from_body});
-  odometry_.push_back({pose.time, odometry_from_body_});
+  causal_.push_back({pose.time, result.live.world_from_body});
+  odometry_.push_back({pose.time, result.live.odometry_from_body});
   covariances_.emplace_back(pose.time, result.covariance);
   if (result.inertial) {
     states_.push_back(

@@ -62,7 +62,6 @@ class RunRecorder {
   std::vector<StateRecord> states_;
   Trajectory causal_;
   Trajectory odometry_;
-  SE3 odometry_from_body_;
   SampleFrames samples_;
   double rss_mb_ = 0;
 };

@@ -80,6 +80,7 @@ void add_inertial(Config& c, ConfigFields& fields) {
                  {"mapping.recent_gap", &c.mapping.gaps.recent},
                  {"mapping.old_gap", &c.mapping.gaps.old},
                  {"mapping.settled_after", &c.mapping.gaps.settled},
+                 {"live.settling_time", &c.tracking.live.settling_time},
                  {"still.min_duration", &s.min_duration},
                  {"still.max_pixel_motion", &s.max_pixel_motion},
                  {"still.min_landmarks", &s.min_landmarks},

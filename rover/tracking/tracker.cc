@@ -45,6 +45,7 @@ void TrackerOptions::check() const {
   initial_adjustment.check();
   inertial.check();
   still.check();
+  live.check();
 }
 
 Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
@@ -58,7 +59,8 @@ Tracker::Tracker(std::shared_ptr<Atlas> atlas, std::shared_ptr<const Rig> rig,
       relocalizer_(family.matcher, options.relocalization, options.pose, options.weighting,
                    hash_seed(seed, kRelocalization)),
       initializer_(rig_, family.matcher, options.initialization, hash_seed(seed, kInitialization)),
-      still_(options.still, rig_->cameras[0].width()) {
+      still_(options.still, rig_->cameras[0].width()),
+      live_(options.live) {
   options_.check();
   if (imu) inertial_ = std::make_unique<InertialTracking>(*imu, options_.inertial);
 }
@@ -143,6 +145,7 @@ void Tracker::accept(const Frame& frame, const Map& map, TrackingResult& result)
   state_ = TrackingState::kOk;
   give(frame, map, result);
   accept_state(frame, map, result);
+  add_live_pose(result);
   reference_from_last_ = result.anchored.reference_from_body;
   last_ = frame;
   last_matches_ = result.inliers;
@@ -174,6 +177,8 @@ void Tracker::lose(const Frame& frame, TrackingResult& result) {
     if (inertial_) inertial_->forget();
     reckoned_.clear();
     still_.reset();
+    live_.interrupt();
+    given_state_.reset();
     lost_since_ = frame.time;
     relocalization_turn_ = 0;
   }

@@ -13,6 +13,7 @@
 #include "rover/tracking/keyframe_insertion.h"
 #include "rover/tracking/keyframe_policy.h"
 #include "rover/tracking/landmark_search.h"
+#include "rover/tracking/live_pose.h"
 #include "rover/tracking/local_map.h"
 #include "rover/tracking/mono_initializer.h"
 #include "rover/tracking/relocalizer.h"
@@ -43,6 +44,7 @@ struct TrackerOptions {
   BundleOptions initial_adjustment;
   InertialTrackingOptions inertial;
   StillnessOptions still;
+  LivePoseOptions live;
 
   void check() const;
 };
@@ -101,6 +103,7 @@ class Tracker {
   // Of inertial modes; without effect in others.
   void accept_state(const Frame& frame, const Map& map, TrackingResult& result);
   void note_rest(const Map& map);
+  void add_live_pose(TrackingResult& result);
   bool dead_reckon(const Map& map, const Frame& frame, TrackingResult& result);
   std::optional<SE3> predict_by_inertia(Timestamp time);
   bool is_blind(Timestamp now) const;
@@ -126,6 +129,8 @@ class Tracker {
   MonoInitializer initializer_;
   std::unique_ptr<InertialTracking> inertial_;  // null in visual modes
   StillnessDetector still_;
+  LivePoseFilter live_;
+  std::optional<StampedState> given_state_;  // of the last frame placed
 
   std::shared_ptr<SharedMap> map_;
   TrackingState state_ = TrackingState::kWaiting;

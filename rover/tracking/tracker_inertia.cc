@@ -61,6 +61,22 @@ void Tracker::accept_state(const Frame& frame, const Map& map, TrackingResult& r
   result.drift = inertial_->drift();
 }
 
+// Feels the motion since the last frame from the state that it was given with.
+void Tracker::add_live_pose(TrackingResult& result) {
+  std::optional<SE3> felt;
+  const Timestamp now = result.anchored.time;
+  if (given_state_ && result.inertial) {
+    const InertialState& last = given_state_->state;
+    if (const auto motion = inertial_->motion(given_state_->time, now, last.bias)) {
+      felt = last.world_from_body.inverse() *
+             motion->predict(last, gravity_of_z_up()).world_from_body;
+    }
+  }
+  result.live = live_.follow(result, felt);
+  given_state_.reset();
+  if (result.inertial) given_state_ = {now, *result.inertial};
+}
+
 // A keyframe made at rest may say so to mapping: rest is recognised only after a while.
 void Tracker::note_rest(const Map& map) {
   if (!still_.still()) return;
@@ -84,6 +100,7 @@ bool Tracker::dead_reckon(const Map& map, const Frame& frame, TrackingResult& re
   velocity_known_ = false;
   give(reckoned, map, result);
   accept_state(reckoned, map, result);
+  add_live_pose(result);
   reckoned_.push_back(result.anchored);
   return true;
 }

@@ -35,6 +35,13 @@ struct VisionGap {
   SE3 reckoned_from_seen;  // at its end: from the pose that dead reckoning gave to vision's
 };
 
+// A frame's pose for those who steer by it, at once. It moves as the body does; corrections come in
+// over a while (LivePoseOptions). In visual modes they come at once.
+struct LivePose {
+  SE3 world_from_body;     // steps where epoch or map change, and after a loss
+  SE3 odometry_from_body;  // never steps; drifts
+};
+
 // What tracking says of one frame.
 struct TrackingResult {
   bool placed() const {
@@ -49,6 +56,7 @@ struct TrackingResult {
                                            // the map
   SE3 last_from_body;  // motion since the last frame that was placed, both seen through the same
                        // map; identity where there is none
+  LivePose live;
   bool metric = true;  // inertial modes: the map is aligned (gravity and scale are known)
   std::optional<InertialState> inertial;              // inertial modes, aligned map
   Matrix15d inertial_covariance = Matrix15d::Zero();  // given position and yaw of the map

@@ -21,6 +21,7 @@ class TwoFrameModel {
   };
   struct Equations : DenseEquations {
     double imu_chi2 = 0;
+    double prior_chi2 = 0;  // of the last state
   };
   using Step = DenseStep;
 
@@ -40,7 +41,9 @@ class TwoFrameModel {
     equations.cost = seen.cost;
     equations.imu_chi2 = add_imu_factor(problem_.motion, state.last, state.current,
                                         problem_.gravity, last_row_, 0, equations);
-    if (last_row_ >= 0) add_prior(prior_, state.last, last_row_, equations);
+    if (last_row_ >= 0) {
+      equations.prior_chi2 = add_prior(prior_, state.last, last_row_, equations);
+    }
     if (problem_.current_prior) add_prior(*problem_.current_prior, state.current, 0, equations);
   }
   bool solve(const Equations& equations, const Damping& damping, Step& step) const {
@@ -105,6 +108,7 @@ void finish(const InertialPoseProblem& problem, const TwoFrameModel& model,
   const double chi2 = seen.chi2;
   estimate.mean_chi2 = estimate.inlier_count > 0 ? chi2 / estimate.inlier_count : 0;
   estimate.imu_chi2 = equations.imu_chi2;
+  estimate.prior_chi2 = equations.prior_chi2;
   const Matrix15d information = marginal_information(equations);
   const Eigen::MatrixXd covariance = inverse_of(information);
   if (covariance.rows() == 0) return;

@@ -47,6 +47,7 @@ struct InertialPoseEstimate {
   int inlier_count = 0;
   double mean_chi2 = 0;    // of the inliers' reprojection
   double imu_chi2 = 0;     // of the inertial residual, 9 degrees of freedom
+  double prior_chi2 = 0;   // of the last state against what was known of it, 15 degrees
   bool converged = false;  // false: not finite or singular; states as given and as predicted
 };
 

@@ -38,6 +38,9 @@ void InertialTrackingOptions::check() const {
   require(max_dead_reckoning >= 0, "inertial.max_dead_reckoning is {}; use 0 s or more",
           max_dead_reckoning);
   require(min_inliers >= 4, "inertial.min_inliers is {}; use 4 or more", min_inliers);
+  require(max_tension > 0, "inertial.max_tension is {}; use a positive number", max_tension);
+  require(slip_position_sigma > 0 && slip_yaw_sigma > 0,
+          "inertial.slip_position_sigma and slip_yaw_sigma must be positive");
   require(max_interval > 0, "inertial.max_interval is {}; use a positive number", max_interval);
 }
 
@@ -124,6 +127,10 @@ PoseEstimate InertialTracking::estimate(const Rig& rig,
   problem.seen_response = seen_response_;
   if (still_sigma_) problem.current_prior = zero_velocity_prior(*still_sigma_);
   current_ = optimize_inertial_pose(problem, options_.pose);
+  if (current_.imu_chi2 + current_.prior_chi2 > options_.max_tension) {
+    problem.last_information = slipped_information();
+    current_ = optimize_inertial_pose(problem, options_.pose);
+  }
   PoseEstimate pose;
   pose.world_from_body = current_.current.world_from_body;
   pose.covariance = current_.covariance.topLeftCorner<6, 6>();
@@ -132,6 +139,21 @@ PoseEstimate InertialTracking::estimate(const Rig& rig,
   pose.mean_chi2 = current_.mean_chi2;
   pose.converged = current_.converged;
   return pose;
+}
+
+// Of the last state, if the map around the body is not the one that it was known in: displaced and
+// turned about gravity. Velocity, tilt and biases do not depend on the map.
+Matrix15d InertialTracking::slipped_information() const {
+  Eigen::MatrixXd covariance = inverse_of(last_->information);
+  if (covariance.rows() == 0) return last_->information;
+  const Eigen::Vector3d vertical =
+      last_->state.world_from_body.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  covariance.diagonal().head<3>().array() +=
+      options_.slip_position_sigma * options_.slip_position_sigma;
+  covariance.block<3, 3>(3, 3) +=
+      options_.slip_yaw_sigma * options_.slip_yaw_sigma * vertical * vertical.transpose();
+  const Eigen::MatrixXd information = inverse_of(covariance);
+  return information.rows() == 0 ? last_->information : Matrix15d(information);
 }
 
 void InertialTracking::accept(bool seen) {

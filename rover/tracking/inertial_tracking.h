@@ -24,11 +24,17 @@ struct InertialTrackingOptions {
   double velocity_sigma = 0.02;            // m/s
   double gyroscope_bias_sigma = 0.001;     // rad/s
   double accelerometer_bias_sigma = 0.02;  // m/s^2
-  int min_inliers = 5;            // with a state, so few landmarks in the local map confirm a pose
-  double min_gap = 0.25;          // s without vision that are reported, and after which other
-                                  // places than the last one are looked at
-  double max_dead_reckoning = 5;  // s without vision that inertial data bridge
-  double max_interval = 60;       // s between keyframes over which motion is integrated at all
+  int min_inliers = 5;  // with a state, so few landmarks in the local map confirm a pose
+  // Vision and inertial data that disagree by more (chi-square of 24 degrees of freedom) do so as
+  // the map does not fit together here (old landmarks come back into view): the body has not moved,
+  // its place in the map has, by so much.
+  double max_tension = 50;
+  double slip_position_sigma = 0.05;  // m
+  double slip_yaw_sigma = 0.01;       // rad
+  double min_gap = 0.25;              // s without vision that are reported, and after which other
+                                      // places than the last one are looked at
+  double max_dead_reckoning = 5;      // s without vision that inertial data bridge
+  double max_interval = 60;           // s between keyframes over which motion is integrated at all
 
   void check() const;
 };
@@ -108,6 +114,7 @@ class InertialTracking {
   Matrix15d usual_information() const;
   Matrix15d information_of(const Keyframe& keyframe) const;
   Matrix15x3d upright_response() const;
+  Matrix15d slipped_information() const;
   void smooth();
 
   InertialTrackingOptions options_;

@@ -53,13 +53,14 @@ bool folded(const Distorted& distorted) { return !(distorted.jacobian.determinan
 std::optional<Distorted> project_pinhole(const Coefficients& d, double max_radius,
                                          const Eigen::Vector3d& point, Matrix23d* jacobian) {
   if (!(point.z() > 0)) return std::nullopt;
-  const Eigen::Vector2d normalised = point.head<2>() / point.z();
+  const double inverse = 1 / point.z();
+  const Eigen::Vector2d normalised = inverse * point.head<2>();
   if (!(normalised.squaredNorm() < max_radius * max_radius)) return std::nullopt;
   const Distorted distorted = distort(d, normalised);
   if (folded(distorted)) return std::nullopt;
   if (jacobian) {
-    *jacobian << distorted.jacobian, -distorted.jacobian * normalised;
-    *jacobian /= point.z();
+    const Eigen::Matrix2d scaled = inverse * distorted.jacobian;
+    *jacobian << scaled, -scaled * normalised;
   }
   return distorted;
 }

@@ -77,10 +77,10 @@ PointInformation BundleLinearizer::gather(const BundleEdge& edge,
   PointInformation information;
   Eigen::Vector2d residual;
   Matrix23d jacobian;
+  ObservedPoint point(reprojector_, point_in_body, true);
   for (int i = edge.begin; i < edge.end; ++i) {
     const BundleObservation& seen = structure_.observations[i];
-    if (!reprojector_.evaluate(seen.camera, point_in_body, seen.pixel, seen.sigma, residual,
-                               &jacobian)) {
+    if (!point.evaluate(seen.camera, seen.pixel, seen.sigma, residual, &jacobian)) {
       cost += 0.5 * kernel_.rho(kUnseenChi2);
       continue;
     }

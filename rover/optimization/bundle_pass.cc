@@ -1,6 +1,7 @@
 #include "rover/optimization/bundle_pass.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 
 #include "rover/base/quantile.h"
@@ -29,9 +30,15 @@ Fits fits_of(const BundleProblem& problem) {
   std::vector<double> distances;
   fits.chi2.reserve(problem.observations.size());
   distances.reserve(problem.observations.size());
+  std::optional<ObservedPoint> observed;
+  const BundleObservation* last = nullptr;
   for (const BundleObservation& seen : problem.observations) {
     const Eigen::Vector3d point = frames[seen.pose].from_world(problem.points[seen.point]);
-    fits.chi2.push_back(reprojector.chi2(seen.camera, point, seen.pixel, seen.sigma));
+    if (!last || seen.pose != last->pose || seen.point != last->point) {
+      observed.emplace(reprojector, point, false);
+    }
+    last = &seen;
+    fits.chi2.push_back(observed->chi2(seen.camera, seen.pixel, seen.sigma));
     const int camera = seen.camera == kDisparity ? 0 : seen.camera;
     distances.push_back((point - problem.rig.body_from_camera[camera].translation).norm());
   }

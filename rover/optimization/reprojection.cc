@@ -24,40 +24,25 @@ Reprojector::Reprojector(const Rig& rig) : rig_(rig) {
   }
 }
 
+std::optional<Reprojector::Projection> Reprojector::project(int camera,
+                                                            const Eigen::Vector3d& point_in_body,
+                                                            bool jacobian) const {
+  const Extrinsics& extrinsics = camera_from_body_[camera];
+  const Eigen::Vector3d point = extrinsics.rotation * point_in_body + extrinsics.translation;
+  Matrix23d by_point;
+  const auto pixel = rig_.cameras[camera].project(point, jacobian ? &by_point : nullptr);
+  if (!pixel) return std::nullopt;
+  Projection projection;
+  projection.pixel = *pixel;
+  if (jacobian) projection.by_body_point.noalias() = by_point.lazyProduct(extrinsics.rotation);
+  return projection;
+}
+
 bool Reprojector::evaluate(int camera, const Eigen::Vector3d& point_in_body,
                            const Eigen::Vector2d& pixel, double sigma, Eigen::Vector2d& residual,
                            Matrix23d* by_body_point) const {
-  if (camera == kDisparity) {
-    return evaluate_disparity(point_in_body, pixel, sigma, residual, by_body_point);
-  }
-  const Extrinsics& extrinsics = camera_from_body_[camera];
-  const Eigen::Vector3d point = extrinsics.rotation * point_in_body + extrinsics.translation;
-  Matrix23d jacobian;
-  const auto projected = rig_.cameras[camera].project(point, by_body_point ? &jacobian : nullptr);
-  if (!projected) return false;
-  const double scale = 1 / sigma;
-  residual = scale * (pixel - *projected);
-  if (by_body_point) {
-    jacobian *= -scale;
-    by_body_point->noalias() = jacobian.lazyProduct(extrinsics.rotation);
-  }
-  return true;
-}
-
-bool Reprojector::evaluate_disparity(const Eigen::Vector3d& point_in_body,
-                                     const Eigen::Vector2d& disparity, double sigma,
-                                     Eigen::Vector2d& residual, Matrix23d* by_body_point) const {
-  Eigen::Vector2d left, right;
-  Matrix23d by_left, by_right;
-  const bool wanted = by_body_point != nullptr;
-  if (!evaluate(0, point_in_body, Eigen::Vector2d::Zero(), sigma, left,
-                wanted ? &by_left : nullptr) ||
-      !evaluate(1, point_in_body, disparity, sigma, right, wanted ? &by_right : nullptr)) {
-    return false;
-  }
-  residual = right - left;
-  if (wanted) *by_body_point = by_right - by_left;
-  return true;
+  return ObservedPoint(*this, point_in_body, by_body_point != nullptr)
+      .evaluate(camera, pixel, sigma, residual, by_body_point);
 }
 
 bool Reprojector::evaluate(int camera, const SE3& world_from_body, const Eigen::Vector3d& point,
@@ -75,9 +60,41 @@ bool Reprojector::evaluate(int camera, const SE3& world_from_body, const Eigen::
 
 double Reprojector::chi2(int camera, const Eigen::Vector3d& point_in_body,
                          const Eigen::Vector2d& pixel, double sigma) const {
+  return ObservedPoint(*this, point_in_body, false).chi2(camera, pixel, sigma);
+}
+
+const std::optional<Reprojector::Projection>& ObservedPoint::in_first_camera() {
+  if (!looked_) first_ = reprojector_.project(0, point_, jacobian_);
+  looked_ = true;
+  return first_;
+}
+
+// What an observation's pixel is compared with.
+std::optional<Reprojector::Projection> ObservedPoint::expected(int camera) {
+  if (camera == 0) return in_first_camera();
+  if (camera != kDisparity) return reprojector_.project(camera, point_, jacobian_);
+  const auto& left = in_first_camera();
+  if (!left) return std::nullopt;
+  auto difference = reprojector_.project(1, point_, jacobian_);
+  if (!difference) return std::nullopt;
+  difference->pixel -= left->pixel;
+  if (jacobian_) difference->by_body_point -= left->by_body_point;
+  return difference;
+}
+
+bool ObservedPoint::evaluate(int camera, const Eigen::Vector2d& pixel, double sigma,
+                             Eigen::Vector2d& residual, Matrix23d* by_body_point) {
+  const auto projection = expected(camera);
+  if (!projection) return false;
+  const double scale = 1 / sigma;
+  residual = scale * (pixel - projection->pixel);
+  if (by_body_point) *by_body_point = -scale * projection->by_body_point;
+  return true;
+}
+
+double ObservedPoint::chi2(int camera, const Eigen::Vector2d& pixel, double sigma) {
   Eigen::Vector2d residual;
-  const bool seen = evaluate(camera, point_in_body, pixel, sigma, residual, nullptr);
-  return seen ? residual.squaredNorm() : kUnseenChi2;
+  return evaluate(camera, pixel, sigma, residual, nullptr) ? residual.squaredNorm() : kUnseenChi2;
 }
 
 void PointInformation::add_to_pose(const Eigen::Vector3d& x, Matrix6d& pose_hessian,

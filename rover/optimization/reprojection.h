@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -27,8 +28,19 @@ constexpr int kDisparity = -1;
 // so that every block of the normal equations follows from J^T J and x alone (PointInformation).
 class Reprojector {
  public:
+  // Where a camera sees a point, in px, and the Jacobian by the point in the body frame.
+  struct Projection {
+    Eigen::Vector2d pixel;
+    Matrix23d by_body_point;
+  };
+
   // Keeps a reference to the rig and the inverses of its extrinsics.
   explicit Reprojector(const Rig& rig);
+
+  // Of a point in the body frame, m. Nothing where the camera does not see it. Without `jacobian`
+  // that is left unset.
+  std::optional<Projection> project(int camera, const Eigen::Vector3d& point_in_body,
+                                    bool jacobian) const;
 
   // Residual of a point in the body frame (m) and, if asked for, its Jacobian by that point. False,
   // leaving the outputs as they are, where the camera does not see the point.
@@ -45,15 +57,36 @@ class Reprojector {
               double sigma) const;
 
  private:
-  bool evaluate_disparity(const Eigen::Vector3d& point_in_body, const Eigen::Vector2d& disparity,
-                          double sigma, Eigen::Vector2d& residual, Matrix23d* by_body_point) const;
-
   struct Extrinsics {
     Eigen::Matrix3d rotation;  // camera_from_body
     Eigen::Vector3d translation;
   };
   const Rig& rig_;
   std::vector<Extrinsics> camera_from_body_;
+};
+
+// A point in the body frame, of which several observations tell: what two of them need, the place
+// in camera 0, is computed once. Keeps a reference.
+class ObservedPoint {
+ public:
+  // `jacobian`: whether Jacobians will be asked for.
+  ObservedPoint(const Reprojector& reprojector, const Eigen::Vector3d& point_in_body, bool jacobian)
+      : reprojector_(reprojector), point_(point_in_body), jacobian_(jacobian) {}
+
+  // As Reprojector::evaluate.
+  bool evaluate(int camera, const Eigen::Vector2d& pixel, double sigma, Eigen::Vector2d& residual,
+                Matrix23d* by_body_point);
+  double chi2(int camera, const Eigen::Vector2d& pixel, double sigma);
+
+ private:
+  const std::optional<Reprojector::Projection>& in_first_camera();
+  std::optional<Reprojector::Projection> expected(int camera);
+
+  const Reprojector& reprojector_;
+  Eigen::Vector3d point_;
+  bool jacobian_;
+  bool looked_ = false;
+  std::optional<Reprojector::Projection> first_;
 };
 
 // A pose as used in inner loops: a rotation matrix costs half of a quaternion per point.

@@ -73,6 +73,33 @@ TEST_P(ReprojectionTest, JacobiansAgreeWithNumericOnes) {
   EXPECT_GT(compared, 2500);
 }
 
+// In whatever order a point's observations come, and for one that no camera sees.
+TEST_P(ReprojectionTest, ObservationsOfOnePointShareWhatTheyNeed) {
+  const Rig cameras = rig();
+  const Reprojector reprojector(cameras);
+  Random random(5);
+  int unseen = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Case c = random_case(cameras, random);
+    Eigen::Vector3d x = BodyFrame(c.world_from_body).from_world(c.point);
+    if (i % 10 == 0) x = -x;
+    ObservedPoint point(reprojector, x, true);
+    for (int k = 0; k < 6; ++k) {
+      const int camera = (i + k * (i % 2 + 1)) % 3 - 1;
+      Eigen::Vector2d shared(0, 0), alone(0, 0);
+      Matrix23d by_shared = Matrix23d::Zero(), by_alone = Matrix23d::Zero();
+      const bool seen = point.evaluate(camera, c.pixel, c.sigma, shared, &by_shared);
+      EXPECT_EQ(seen, reprojector.evaluate(camera, x, c.pixel, c.sigma, alone, &by_alone));
+      EXPECT_EQ(shared, alone);
+      EXPECT_EQ(by_shared, by_alone);
+      EXPECT_EQ(point.chi2(camera, c.pixel, c.sigma),
+                reprojector.chi2(camera, x, c.pixel, c.sigma));
+      unseen += !seen;
+    }
+  }
+  if (GetParam() == CameraModel::kPinhole) EXPECT_GT(unseen, 0);  // a fisheye sees behind
+}
+
 TEST_P(ReprojectionTest, BlocksOfTheNormalEquationsAreProductsOfTheJacobians) {
   const Rig cameras = rig();
   const Reprojector reprojector(cameras);

@@ -151,6 +151,8 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("mapping_queue: 0\n"), HasSubstr("mapping_queue"));
   EXPECT_THAT(refusal("seed: 8\nmodel_sigma: -1\n"), HasSubstr("model_sigma"));
   EXPECT_THAT(refusal("disparity_sigma: -1\n"), HasSubstr("disparity_sigma"));
+  EXPECT_THAT(refusal("inertial.max_tension: 0\n"), HasSubstr("max_tension"));
+  EXPECT_THAT(refusal("live.settling_time: -1\n"), HasSubstr("live.settling_time"));
   EXPECT_THAT(refusal("inertial.stereo_huber: 0\n"), HasSubstr("stereo_huber"));
   EXPECT_THAT(refusal("final.max_inertial_keyframes: 1\n"), HasSubstr("max_inertial_keyframes"));
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));

@@ -162,6 +162,7 @@ void InertialTracking::accept(bool seen) {
   if (!seen || !reckoned_.empty()) {
     reckoned_.push_back({last_->state, last_->information, motion_});
   }
+  before_ = {last_->time, current_.last};
   last_ = {motion_->end(), current_.current, current_.information, current_.response};
   if (seen && !reckoned_.empty()) smooth();
 }
@@ -178,6 +179,7 @@ void InertialTracking::restart(Timestamp time, const SE3& world_from_body,
                                const Eigen::Vector3d& velocity, double sigma) {
   last_ = {time, {world_from_body, velocity, bias_}, usual_information()};
   set_velocity_sigma(sigma, last_->information);
+  before_.reset();
   reckoned_.clear();
   smoothed_.clear();
 }
@@ -185,6 +187,17 @@ void InertialTracking::restart(Timestamp time, const SE3& world_from_body,
 std::span<const ImuSample> InertialTracking::samples() const {
   if (!motion_) return {};
   return motion_->samples();
+}
+
+std::optional<SE3> InertialTracking::motion_since(Timestamp time) const {
+  if (!before_ || !last_ || time < before_->time) return std::nullopt;
+  SE3 begin = before_->state.world_from_body;
+  if (time > before_->time) {
+    const auto way = motion(before_->time, time, before_->state.bias);
+    if (!way) return std::nullopt;
+    begin = way->predict(before_->state, gravity_of_z_up()).world_from_body;
+  }
+  return begin.inverse() * last_->state.world_from_body;
 }
 
 std::optional<InertialState> InertialTracking::state() const {

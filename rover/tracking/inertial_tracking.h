@@ -82,7 +82,7 @@ class InertialTracking {
   // A pose was found without a state: the velocity (world, m/s) is known to `sigma` only.
   void restart(Timestamp time, const SE3& world_from_body, const Eigen::Vector3d& velocity,
                double sigma);
-  void forget() { last_.reset(), motion_.reset(), reckoned_.clear(); }
+  void forget() { last_.reset(), before_.reset(), motion_.reset(), reckoned_.clear(); }
   // Drops samples that no later call will ask for.
   void forget_before(Timestamp time) { imu_.forget_before(time - kLongestShift); }
 
@@ -91,6 +91,9 @@ class InertialTracking {
   std::span<const ImuSample> samples() const;
   // After accept() ended dead reckoning: the states in between as they look from its end, in order.
   const std::vector<StampedState>& smoothed() const { return smoothed_; }
+  // How the body has moved from `time` to the last accepted frame, as inertial data and that frame
+  // together tell: what they move both ends by is left out. Nothing where that is not known.
+  std::optional<SE3> motion_since(Timestamp time) const;
   // Of the last accepted frame; nothing where there is no state.
   std::optional<InertialState> state() const;
   // Given position and yaw of the map.
@@ -122,7 +125,8 @@ class InertialTracking {
   ImuBuffer imu_;
   Timestamp time_offset_ = 0;
   std::optional<Known> last_;
-  KeyframeId keyframe_;  // the newest one and its state when it was looked at
+  std::optional<StampedState> before_;  // what last_ was estimated from, as it looked then
+  KeyframeId keyframe_;                 // the newest one and its state when it was looked at
   InertialState keyframe_state_;
   int epoch_ = -1;
   MapId map_;

@@ -27,14 +27,16 @@ class InertialTrackingTest : public ::testing::Test {
     map_.set_inertial({.aligned = true});
   }
 
-  // What a frame sees of points around, exactly.
-  std::vector<PoseObservation> look(double time) {
+  // What a frame sees of points around, exactly; the map has them `displaced`.
+  std::vector<PoseObservation> look(double time,
+                                    const Eigen::Vector3d& displaced = Eigen::Vector3d::Zero()) {
     std::vector<PoseObservation> seen;
     const SE3 body_from_world = motion_.pose(time).inverse();
     for (int i = 0; i < 500; ++i) {
       const Eigen::Vector3d point = 4 * random_gaussian_vector(random_);
       const auto pixel = map_.rig().cameras[0].project(body_from_world * point);
-      if (pixel && map_.rig().cameras[0].contains(*pixel)) seen.push_back({point, *pixel, 0, 1});
+      if (!pixel || !map_.rig().cameras[0].contains(*pixel)) continue;
+      seen.push_back({point + displaced, *pixel, 0, 1});
     }
     return seen;
   }
@@ -89,6 +91,23 @@ TEST_F(InertialTrackingTest, FollowsTheMotion) {
   }
   const InertialState state = tracking_.state().value();
   EXPECT_LT((state.velocity - motion_.state(2).velocity).norm(), 0.03);
+}
+
+// From the frame before, and from one since the state that it was estimated from.
+TEST_F(InertialTrackingTest, KnowsHowTheBodyMovedUpToAFrame) {
+  tracking_.follow(map_);
+  EXPECT_FALSE(tracking_.motion_since(0));
+  ASSERT_TRUE(tracking_.predict(stamp(0.1)));
+  tracking_.estimate(map_.rig(), look(0.1));
+  tracking_.accept();
+  for (const double begin : {0.0, 0.05}) {
+    const auto moved = tracking_.motion_since(stamp(begin));
+    ASSERT_TRUE(moved);
+    const SE3 truth = motion_.pose(begin).inverse() * motion_.pose(0.1);
+    EXPECT_LT(se3_minus(*moved, truth).norm(), 0.01);
+  }
+  tracking_.forget();
+  EXPECT_FALSE(tracking_.motion_since(0));
 }
 
 TEST_F(InertialTrackingTest, DeadReckoningGrowsUncertain) {
@@ -146,6 +165,39 @@ TEST_F(InertialTrackingTest, IsSureOfItsVelocityWhereItStandsStill) {
   EXPECT_NEAR(sigma_after(), free, 1e-9);
 }
 
+// Old landmarks come back into view, and the map has them elsewhere than the new ones.
+TEST_F(InertialTrackingTest, APartOfTheMapElsewhereMovesThePlaceNotTheVelocity) {
+  const Eigen::Vector3d displaced(0.04, 0, 0);
+  struct Worst {
+    double place = 0, velocity = 0;
+  };
+  const auto fly = [&](InertialTracking& tracking) {
+    Worst worst;
+    for (int i = 1; i <= 25; ++i) {
+      const double time = 0.05 * i;
+      tracking.follow(map_);
+      EXPECT_TRUE(tracking.predict(stamp(time)));
+      const Eigen::Vector3d off = i > 20 ? displaced : Eigen::Vector3d::Zero();
+      const PoseEstimate pose = tracking.estimate(map_.rig(), look(time, off));
+      tracking.accept();
+      const Eigen::Vector3d expected = motion_.pose(time).translation + off;
+      const double place = (pose.world_from_body.translation - expected).norm();
+      const double velocity = (tracking.state()->velocity - motion_.state(time).velocity).norm();
+      worst = {std::max(worst.place, place), std::max(worst.velocity, velocity)};
+    }
+    return worst;
+  };
+  InertialTrackingOptions rigid;
+  rigid.max_tension = 1e9;
+  InertialTracking torn(kSensor, rigid);
+  for (const ImuSample& sample : tracking_.samples_after(0)) torn.add(sample);
+  const Worst slipped = fly(tracking_), without = fly(torn);
+  EXPECT_LT(slipped.place, 0.015);
+  EXPECT_LT(slipped.velocity, 0.05);
+  EXPECT_GT(without.place, 0.03);
+  EXPECT_GT(without.velocity, 0.15);
+}
+
 TEST_F(InertialTrackingTest, TakesUpWhatMappingChanges) {
   tracking_.follow(map_);
   ASSERT_TRUE(tracking_.predict(stamp(0.1)));
@@ -179,6 +231,12 @@ TEST_F(InertialTrackingTest, BeginsAgainWithoutAVelocity) {
 TEST(InertialTrackingOptions, RefuseWhatMakesNoSense) {
   InertialTrackingOptions options;
   options.velocity_sigma = 0;
+  EXPECT_THROW(InertialTracking(kSensor, options), InputError);
+  options = {};
+  options.max_tension = 0;
+  EXPECT_THROW(InertialTracking(kSensor, options), InputError);
+  options = {};
+  options.slip_position_sigma = 0;
   EXPECT_THROW(InertialTracking(kSensor, options), InputError);
   options = {};
   options.max_interval = 0;

@@ -8,7 +8,7 @@ namespace rover {
 
 struct LivePoseOptions {
   // s in which 63% of a correction come in; 0: at once. Without inertial data always at once.
-  double settling_time = 0.25;
+  double settling_time = 0.15;
 
   void check() const;
 };
@@ -21,7 +21,7 @@ class LivePoseFilter {
   explicit LivePoseFilter(const LivePoseOptions& options) : options_(options) {}
 
   // The frames that are placed, in order. `felt`: the motion since the last of them by inertial
-  // data alone; nothing where that is not known.
+  // data, without corrections of both its ends; nothing where that is not known.
   LivePose follow(const TrackingResult& result, const std::optional<SE3>& felt);
   // Tracking is lost: the next pose follows no other.
   void interrupt() { last_.reset(); }

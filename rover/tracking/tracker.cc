@@ -178,7 +178,7 @@ void Tracker::lose(const Frame& frame, TrackingResult& result) {
     reckoned_.clear();
     still_.reset();
     live_.interrupt();
-    given_state_.reset();
+    given_time_.reset();
     lost_since_ = frame.time;
     relocalization_turn_ = 0;
   }

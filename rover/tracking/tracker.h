@@ -130,7 +130,7 @@ class Tracker {
   std::unique_ptr<InertialTracking> inertial_;  // null in visual modes
   StillnessDetector still_;
   LivePoseFilter live_;
-  std::optional<StampedState> given_state_;  // of the last frame placed
+  std::optional<Timestamp> given_time_;  // of the last frame placed, if it had a state
 
   std::shared_ptr<SharedMap> map_;
   TrackingState state_ = TrackingState::kWaiting;

@@ -61,20 +61,11 @@ void Tracker::accept_state(const Frame& frame, const Map& map, TrackingResult& r
   result.drift = inertial_->drift();
 }
 
-// Feels the motion since the last frame from the state that it was given with.
 void Tracker::add_live_pose(TrackingResult& result) {
-  std::optional<SE3> felt;
-  const Timestamp now = result.anchored.time;
-  if (given_state_ && result.inertial) {
-    const InertialState& last = given_state_->state;
-    if (const auto motion = inertial_->motion(given_state_->time, now, last.bias)) {
-      felt = last.world_from_body.inverse() *
-             motion->predict(last, gravity_of_z_up()).world_from_body;
-    }
-  }
-  result.live = live_.follow(result, felt);
-  given_state_.reset();
-  if (result.inertial) given_state_ = {now, *result.inertial};
+  const bool felt = result.inertial && given_time_;
+  result.live = live_.follow(result, felt ? inertial_->motion_since(*given_time_) : std::nullopt);
+  given_time_.reset();
+  if (result.inertial) given_time_ = result.anchored.time;
 }
 
 // A keyframe made at rest may say so to mapping: rest is recognised only after a while.

@@ -97,7 +97,9 @@ TEST_P(ReprojectionTest, ObservationsOfOnePointShareWhatTheyNeed) {
       unseen += !seen;
     }
   }
-  if (GetParam() == CameraModel::kPinhole) EXPECT_GT(unseen, 0);  // a fisheye sees behind
+  if (GetParam() == CameraModel::kPinhole) {  // a fisheye sees behind
+    EXPECT_GT(unseen, 0);
+  }
 }
 
 TEST_P(ReprojectionTest, BlocksOfTheNormalEquationsAreProductsOfTheJacobians) {

@@ -23,9 +23,9 @@ struct LocalMap {
 };
 
 // Picked afresh for every frame: observers of the landmarks seen in it, their parents and children
-// in the spanning tree, the newest keyframes, and others nearby: on old ground, where as yet
-// nothing that is seen links the frame to them, their landmarks are looked for rather than made
-// anew. `fallback` is the reference when nothing votes.
+// in the spanning tree, the newest keyframes, and others nearby: on old ground, where as yet nothing
+// that is seen links the frame to them, their landmarks are looked for rather than made anew.
+// `fallback` is the reference when nothing votes.
 LocalMap choose_local_map(const Map& map, const Frame& frame, KeyframeId fallback,
                           const LocalMapOptions& options);
 

@@ -100,10 +100,10 @@ class Tracker {
   void lose(const Frame& frame, TrackingResult& result);
   SE3 motion_since_given(const Frame& frame) const;
   void give(const Frame& frame, const Map& map, TrackingResult& result);
+  void add_live_pose(TrackingResult& result);
   // Of inertial modes; without effect in others.
   void accept_state(const Frame& frame, const Map& map, TrackingResult& result);
   void note_rest(const Map& map);
-  void add_live_pose(TrackingResult& result);
   bool dead_reckon(const Map& map, const Frame& frame, TrackingResult& result);
   std::optional<SE3> predict_by_inertia(Timestamp time);
   bool is_blind(Timestamp now) const;

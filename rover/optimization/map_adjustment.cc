@@ -54,15 +54,14 @@ class Gatherer {
 
  private:
   void add_observation(const Frame& frame, int feature, int pose, int point) {
-    const Observation& left = frame[feature];
-    problem_.bundle.observations.push_back(
-        {pose, point, 0, left.pixel.cast<double>(), effective_sigma(left.sigma, weighting_)});
-    const StereoObservation* right = frame.stereo_of(feature);
-    if (!right || left.stereo_rejected) return;
+    const auto add = [&](const Measurement& seen) {
+      problem_.bundle.observations.push_back({pose, point, seen.camera, seen.pixel, seen.sigma});
+    };
+    const auto [place, disparity] = measurements_of(frame, feature, weighting_);
+    add(place);
+    if (!disparity) return;
     has_stereo_ = true;
-    problem_.bundle.observations.push_back({pose, point, kDisparity,
-                                            frame.disparity(feature).cast<double>(),
-                                            effective_disparity_sigma(right->sigma, weighting_)});
+    add(*disparity);
   }
 
   const Map& map_;
@@ -140,6 +139,19 @@ double effective_sigma(double sigma, const WeightingOptions& weighting) {
 
 double effective_disparity_sigma(double sigma, const WeightingOptions& weighting) {
   return std::hypot(sigma, weighting.disparity_sigma);
+}
+
+FeatureMeasurements measurements_of(const Frame& frame, int feature,
+                                    const WeightingOptions& weighting) {
+  const Observation& left = frame[feature];
+  FeatureMeasurements measured;
+  measured.place = {0, left.pixel.cast<double>(), effective_sigma(left.sigma, weighting)};
+  const StereoObservation* right = frame.stereo_of(feature);
+  if (right && !left.stereo_rejected) {
+    measured.disparity = {kDisparity, frame.disparity(feature).cast<double>(),
+                          effective_disparity_sigma(right->sigma, weighting)};
+  }
+  return measured;
 }
 
 MapProblem gather_problem(const Map& map, const std::vector<KeyframeId>& free, int max_fixed,

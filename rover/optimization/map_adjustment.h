@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rover/map/map.h"
@@ -24,6 +25,20 @@ double effective_sigma(double sigma, const WeightingOptions& weighting);
 
 // Likewise of a stereo partner's disparity.
 double effective_disparity_sigma(double sigma, const WeightingOptions& weighting);
+
+// What a feature measures of the landmark that it is joined to, as adjustments and tracking take
+// it: the place in camera 0 and, where the feature has a partner that fits, the disparity.
+struct Measurement {
+  int camera = 0;         // 0 or kDisparity
+  Eigen::Vector2d pixel;  // px
+  double sigma = 1;       // px, the effective one
+};
+struct FeatureMeasurements {
+  Measurement place;
+  std::optional<Measurement> disparity;
+};
+FeatureMeasurements measurements_of(const Frame& frame, int feature,
+                                    const WeightingOptions& weighting);
 
 // A part of a map as an adjustment problem, with the way back.
 struct MapProblem {

@@ -11,17 +11,12 @@ struct Gathered {
 
   void add(const Frame& frame, int feature, const Eigen::Vector3d& point, bool landmark,
            const WeightingOptions& weighting) {
-    const Observation& left = frame[feature];
-    append({point, left.pixel.cast<double>(), 0, effective_sigma(left.sigma, weighting)}, feature,
-           landmark);
-    if (const StereoObservation* right = frame.stereo_of(feature)) {
-      append({point, frame.disparity(feature).cast<double>(), kDisparity,
-              effective_disparity_sigma(right->sigma, weighting)},
-             feature, landmark);
-    }
+    const auto [place, disparity] = measurements_of(frame, feature, weighting);
+    append(point, place, feature, landmark);
+    if (disparity) append(point, *disparity, feature, landmark);
   }
-  void append(const PoseObservation& observation, int feature, bool landmark) {
-    observations.push_back(observation);
+  void append(const Eigen::Vector3d& point, const Measurement& seen, int feature, bool landmark) {
+    observations.push_back({point, seen.pixel, seen.camera, seen.sigma});
     features.push_back(feature);
     is_landmark.push_back(landmark);
   }

@@ -12,10 +12,6 @@ namespace {
 constexpr ImuCalibration kSensor = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
 const ImuBias kBias = {{0.01, -0.02, 0.03}, {0.1, 0, -0.1}};
 
-Timestamp stamp(double seconds) {
-  return static_cast<Timestamp>(std::lround(seconds * kNanosecondsPerSecond));
-}
-
 // A body on a known motion, its readings, and an aligned map of one keyframe at time zero.
 class InertialTrackingTest : public ::testing::Test {
  protected:
@@ -54,34 +50,34 @@ class InertialTrackingTest : public ::testing::Test {
 TEST_F(InertialTrackingTest, KnowsNothingBeforeTheMapIsAligned) {
   map_.set_inertial({});
   tracking_.follow(map_);
-  EXPECT_FALSE(tracking_.predict(stamp(0.05)));
+  EXPECT_FALSE(tracking_.predict(from_seconds(0.05)));
   EXPECT_FALSE(tracking_.has_prediction());
   EXPECT_FALSE(tracking_.state());
-  EXPECT_TRUE(tracking_.motion(stamp(0.1), stamp(0.2), {}));
-  EXPECT_FALSE(tracking_.motion(stamp(5), stamp(7), {}));
+  EXPECT_TRUE(tracking_.motion(from_seconds(0.1), from_seconds(0.2), {}));
+  EXPECT_FALSE(tracking_.motion(from_seconds(5), from_seconds(7), {}));
 }
 
 // Readings that came before and those that come after are on the same clock.
 TEST_F(InertialTrackingTest, ANewOffsetOfTheClockHoldsForAllReadings) {
-  const auto before = tracking_.motion(stamp(1), stamp(1.5), kBias);
-  tracking_.set_time_offset(stamp(0.02));
-  EXPECT_EQ(tracking_.time_offset(), stamp(0.02));
-  const auto moved = tracking_.motion(stamp(0.98), stamp(1.48), kBias);
+  const auto before = tracking_.motion(from_seconds(1), from_seconds(1.5), kBias);
+  tracking_.set_time_offset(from_seconds(0.02));
+  EXPECT_EQ(tracking_.time_offset(), from_seconds(0.02));
+  const auto moved = tracking_.motion(from_seconds(0.98), from_seconds(1.48), kBias);
   ASSERT_TRUE(before && moved);
   EXPECT_LT((before->delta().position - moved->delta().position).norm(), 1e-12);
   ImuSample next = motion_.sample(6.005, kBias);
   EXPECT_TRUE(tracking_.add(next));
-  const auto after = tracking_.samples_after(stamp(5.97));
+  const auto after = tracking_.samples_after(from_seconds(5.97));
   ASSERT_EQ(after.size(), 4u);
-  EXPECT_EQ(after.front().time, stamp(5.97));
-  EXPECT_EQ(after.back().time, stamp(5.985));
+  EXPECT_EQ(after.front().time, from_seconds(5.97));
+  EXPECT_EQ(after.back().time, from_seconds(5.985));
   EXPECT_FALSE(tracking_.add(next));
 }
 
 TEST_F(InertialTrackingTest, FollowsTheMotion) {
   for (int i = 1; i <= 40; ++i) {
     tracking_.follow(map_);
-    const auto predicted = tracking_.predict(stamp(0.05 * i));
+    const auto predicted = tracking_.predict(from_seconds(0.05 * i));
     ASSERT_TRUE(predicted);
     EXPECT_LT(error(*predicted, 0.05 * i), 0.01);
     const PoseEstimate pose = tracking_.estimate(map_.rig(), look(0.05 * i));
@@ -97,11 +93,11 @@ TEST_F(InertialTrackingTest, FollowsTheMotion) {
 TEST_F(InertialTrackingTest, KnowsHowTheBodyMovedUpToAFrame) {
   tracking_.follow(map_);
   EXPECT_FALSE(tracking_.motion_since(0));
-  ASSERT_TRUE(tracking_.predict(stamp(0.1)));
+  ASSERT_TRUE(tracking_.predict(from_seconds(0.1)));
   tracking_.estimate(map_.rig(), look(0.1));
   tracking_.accept();
   for (const double begin : {0.0, 0.05}) {
-    const auto moved = tracking_.motion_since(stamp(begin));
+    const auto moved = tracking_.motion_since(from_seconds(begin));
     ASSERT_TRUE(moved);
     const SE3 truth = motion_.pose(begin).inverse() * motion_.pose(0.1);
     EXPECT_LT(se3_minus(*moved, truth).norm(), 0.01);
@@ -114,7 +110,7 @@ TEST_F(InertialTrackingTest, DeadReckoningGrowsUncertain) {
   double before = 0;
   for (int i = 1; i <= 40; ++i) {
     tracking_.follow(map_);
-    ASSERT_TRUE(tracking_.predict(stamp(0.05 * i)));
+    ASSERT_TRUE(tracking_.predict(from_seconds(0.05 * i)));
     const PoseEstimate pose = tracking_.estimate(map_.rig(), {});
     tracking_.accept();
     const double sigma = std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace());
@@ -129,7 +125,7 @@ TEST_F(InertialTrackingTest, CorrectsWhatItReckonedOnceItSees) {
   std::vector<double> reckoned;
   for (int i = 1; i <= 40; ++i) {
     tracking_.follow(map_);
-    ASSERT_TRUE(tracking_.predict(stamp(0.05 * i)));
+    ASSERT_TRUE(tracking_.predict(from_seconds(0.05 * i)));
     const bool seen = i < 10 || i == 40;
     const PoseEstimate pose =
         tracking_.estimate(map_.rig(), seen ? look(0.05 * i) : std::vector<PoseObservation>());
@@ -140,12 +136,12 @@ TEST_F(InertialTrackingTest, CorrectsWhatItReckonedOnceItSees) {
   ASSERT_EQ(smoothed.size(), reckoned.size());
   double before = 0, after = 0;
   for (std::size_t k = 0; k < smoothed.size(); ++k) {
-    EXPECT_EQ(smoothed[k].time, stamp(0.05 * (static_cast<double>(k) + 10)));
+    EXPECT_EQ(smoothed[k].time, from_seconds(0.05 * (static_cast<double>(k) + 10)));
     before += reckoned[k];
     after += error(smoothed[k].state.world_from_body, seconds_between(0, smoothed[k].time));
   }
   EXPECT_LT(after, before);
-  tracking_.predict(stamp(2.05));
+  tracking_.predict(from_seconds(2.05));
   tracking_.estimate(map_.rig(), look(2.05));
   tracking_.accept();
   EXPECT_TRUE(tracking_.smoothed().empty());
@@ -153,7 +149,7 @@ TEST_F(InertialTrackingTest, CorrectsWhatItReckonedOnceItSees) {
 
 TEST_F(InertialTrackingTest, IsSureOfItsVelocityWhereItStandsStill) {
   const auto sigma_after = [&] {
-    tracking_.predict(stamp(0.05));
+    tracking_.predict(from_seconds(0.05));
     tracking_.estimate(map_.rig(), {});
     return std::sqrt(tracking_.covariance().block<3, 3>(6, 6).trace() / 3);
   };
@@ -176,7 +172,7 @@ TEST_F(InertialTrackingTest, APartOfTheMapElsewhereMovesThePlaceNotTheVelocity) 
     for (int i = 1; i <= 25; ++i) {
       const double time = 0.05 * i;
       tracking.follow(map_);
-      EXPECT_TRUE(tracking.predict(stamp(time)));
+      EXPECT_TRUE(tracking.predict(from_seconds(time)));
       const Eigen::Vector3d off = i > 20 ? displaced : Eigen::Vector3d::Zero();
       const PoseEstimate pose = tracking.estimate(map_.rig(), look(time, off));
       tracking.accept();
@@ -200,7 +196,7 @@ TEST_F(InertialTrackingTest, APartOfTheMapElsewhereMovesThePlaceNotTheVelocity) 
 
 TEST_F(InertialTrackingTest, TakesUpWhatMappingChanges) {
   tracking_.follow(map_);
-  ASSERT_TRUE(tracking_.predict(stamp(0.1)));
+  ASSERT_TRUE(tracking_.predict(from_seconds(0.1)));
   tracking_.estimate(map_.rig(), {});
   tracking_.accept();
   const Eigen::Vector3d shift(0.3, 0, 0);
@@ -208,7 +204,7 @@ TEST_F(InertialTrackingTest, TakesUpWhatMappingChanges) {
   moved.translation += shift;
   map_.set_pose({0}, moved);
   tracking_.follow(map_);
-  const auto predicted = tracking_.predict(stamp(0.2));
+  const auto predicted = tracking_.predict(from_seconds(0.2));
   ASSERT_TRUE(predicted);
   EXPECT_NEAR(error(*predicted, 0.2), 0.3, 0.01);
 }
@@ -217,11 +213,11 @@ TEST_F(InertialTrackingTest, BeginsAgainWithoutAVelocity) {
   tracking_.follow(map_);
   tracking_.forget();
   tracking_.follow(map_);
-  EXPECT_FALSE(tracking_.predict(stamp(1)));
-  tracking_.restart(stamp(1), motion_.pose(1), Eigen::Vector3d::Zero(), 2);
+  EXPECT_FALSE(tracking_.predict(from_seconds(1)));
+  tracking_.restart(from_seconds(1), motion_.pose(1), Eigen::Vector3d::Zero(), 2);
   for (int i = 1; i <= 20; ++i) {
     tracking_.follow(map_);
-    ASSERT_TRUE(tracking_.predict(stamp(1 + 0.05 * i)));
+    ASSERT_TRUE(tracking_.predict(from_seconds(1 + 0.05 * i)));
     tracking_.estimate(map_.rig(), look(1 + 0.05 * i));
     tracking_.accept();
   }

@@ -21,8 +21,7 @@ class LivePoseTest : public ::testing::Test {
     ++frame_;
     truth_ = truth_ * way_;
     TrackingResult result;
-    result.anchored.time =
-        static_cast<Timestamp>(std::lround(frame_ * kPeriod * kNanosecondsPerSecond));
+    result.anchored.time = from_seconds(frame_ * kPeriod);
     result.anchored.map = {0};
     result.epoch = epoch;
     result.world_from_body = off * truth_;
@@ -38,18 +37,11 @@ class LivePoseTest : public ::testing::Test {
   double step(const SE3& before, const SE3& now) const { return distance(before * way_, now); }
 
   Random random_{1};
-  SE3 way_ = se3_exp(Vector6d(0.02 * random_vector()));
+  SE3 way_ = random_pose(random_, 0.02, 0.03);
   SE3 truth_ = random_pose(random_, 3);
   SE3 found_ = truth_;
   int frame_ = 0, epoch_ = 0;
   LivePoseFilter filter_{{.settling_time = 0.25}};
-
- private:
-  Vector6d random_vector() {
-    Vector6d v;
-    v << random_gaussian_vector(random_), random_gaussian_vector(random_);
-    return v;
-  }
 };
 
 const SE3 kOff(Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ())), {0.05, 0, 0});

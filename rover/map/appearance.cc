@@ -10,6 +10,44 @@ namespace {
 constexpr float kMinScale = 0.4f;
 constexpr float kMaxScale = 2.5f;
 
+// px: a detection may be so far from where its landmark is expected that alignment still starts
+// there. Detections err by up to 2 px where the view changes; more, and the pose may be wrong.
+constexpr float kMaxDetectionError = 3;
+
+bool is_comparable(const Eigen::Matrix2f& warp) {
+  return warp.determinant() >= kMinScale * kMinScale && warp.norm() / std::sqrt(2.0f) <= kMaxScale;
+}
+
+// Columns: where the points one pixel to the right of a patch's centre and below it are seen, from
+// where the centre is, if the patch lies in the plane with this normal (reference camera's frame,
+// its product with the central ray is 1). Nothing if one cannot be seen.
+std::optional<Eigen::Matrix2f> plane_warp(const Landmark& landmark, const Camera& camera,
+                                          const SE3& camera_from_reference,
+                                          const Eigen::Vector3d& normal) {
+  const Appearance& look = *landmark.appearance;
+  const double depth = (landmark.position - landmark.world_from_reference.translation).norm();
+  const auto see = [&](const Eigen::Vector3d& ray) {
+    return camera.project(camera_from_reference * (ray * (depth / ray.dot(normal))).eval());
+  };
+  const auto center = see(look.ray), right = see(look.ray_right), down = see(look.ray_down);
+  if (!center || !right || !down) return std::nullopt;
+  Eigen::Matrix2f warp;
+  warp.col(0) = (*right - *center).cast<float>();
+  warp.col(1) = (*down - *center).cast<float>();
+  return warp;
+}
+
+// Where a landmark is expected in an image of a camera, if the feature joined to it lies there.
+std::optional<Eigen::Vector2f> expected_place(const Landmark& landmark, const Camera& camera,
+                                              const SE3& camera_from_world,
+                                              const Observation& observation) {
+  const auto seen = camera.project(camera_from_world * landmark.position);
+  if (!seen) return std::nullopt;
+  const Eigen::Vector2f place = seen->cast<float>();
+  if ((place - observation.pixel).norm() > kMaxDetectionError) return std::nullopt;
+  return place;
+}
+
 }  // namespace
 
 std::shared_ptr<const Appearance> make_appearance(const Camera& camera, const Frame& frame,
@@ -33,42 +71,55 @@ std::shared_ptr<const Appearance> make_appearance(const Camera& camera, const Fr
   return appearance;
 }
 
-std::optional<Eigen::Matrix2f> patch_warp(const Landmark& landmark, const Camera& camera,
-                                          const SE3& camera_from_world) {
+std::optional<SlantedWarp> slanted_warp(const Landmark& landmark, const Camera& camera,
+                                        const SE3& camera_from_world) {
   const Appearance& look = *landmark.appearance;
-  const SE3& world_from_reference = landmark.world_from_reference;
-  const double depth = (landmark.position - world_from_reference.translation).norm();
-  const SE3 camera_from_reference = camera_from_world * world_from_reference;
-  // Points of the plane through the landmark that is perpendicular to its reference ray.
-  const auto on_plane = [&](const Eigen::Vector3d& ray) -> Eigen::Vector3d {
-    return ray * (depth / ray.dot(look.ray));
+  const SE3 camera_from_reference = camera_from_world * landmark.world_from_reference;
+  const Eigen::Vector3d down = look.ray.cross(look.ray_right).normalized();
+  const Eigen::Vector3d right = down.cross(look.ray);
+  const auto lean = [&](const Eigen::Vector3d& towards) {
+    return plane_warp(landmark, camera, camera_from_reference, look.ray + towards);
   };
-  const auto center = camera.project(camera_from_reference * on_plane(look.ray));
-  const auto right = camera.project(camera_from_reference * on_plane(look.ray_right));
-  const auto down = camera.project(camera_from_reference * on_plane(look.ray_down));
-  if (!center || !right || !down) return std::nullopt;
-  Eigen::Matrix2f warp;
-  warp.col(0) = (*right - *center).cast<float>();
-  warp.col(1) = (*down - *center).cast<float>();
-  const float area = warp.determinant();
-  const float length = warp.norm() / std::sqrt(2.0f);
-  if (area < kMinScale * kMinScale || length > kMaxScale) return std::nullopt;
-  return warp;
+  const auto facing = lean(Eigen::Vector3d::Zero()), leans_right = lean(right),
+             leans_down = lean(down);
+  if (!facing || !leans_right || !leans_down) return std::nullopt;
+  return SlantedWarp{*facing, {*leans_right - *facing, *leans_down - *facing}};
 }
 
 bool refine_observation(const Landmark& landmark, const Camera& camera,
                         const SE3& camera_from_world, const cv::Mat& image,
                         const PatchRefinementOptions& options, Observation& observation) {
   if (!landmark.appearance->has_patch || image.empty()) return false;
-  const auto warp = patch_warp(landmark, camera, camera_from_world);
-  if (!warp) return false;
-  const auto refined =
-      refine_position(landmark.appearance->patch, image, observation.pixel, *warp, options);
+  const auto slanted = slanted_warp(landmark, camera, camera_from_world);
+  if (!slanted) return false;
+  const Eigen::Matrix2f warp = slanted->at(landmark.slant.mean);
+  if (!is_comparable(warp)) return false;
+  const auto align = [&](const Eigen::Vector2f& start) {
+    return refine_position(landmark.appearance->patch, image, start, warp, options);
+  };
+  std::optional<RefinedPosition> refined;
+  if (const auto start = expected_place(landmark, camera, camera_from_world, observation)) {
+    refined = align(*start);
+  }
+  if (!refined) refined = align(observation.pixel);
   if (!refined) return false;
   observation.pixel = refined->position;
   observation.sigma = refined->sigma;
   observation.refined = true;
   return true;
+}
+
+std::optional<Slant> learn_slant(const Landmark& landmark, const Camera& camera,
+                                 const SE3& camera_from_world, const cv::Mat& image,
+                                 const SlantOptions& options, const Observation& observation) {
+  if (!landmark.appearance->has_patch || image.empty()) return std::nullopt;
+  const auto place = observation.refined
+                         ? observation.pixel
+                         : expected_place(landmark, camera, camera_from_world, observation);
+  if (!place) return std::nullopt;
+  const auto warp = slanted_warp(landmark, camera, camera_from_world);
+  if (!warp || !is_comparable(warp->at(landmark.slant.mean))) return std::nullopt;
+  return update_slant(landmark.appearance->patch, image, *place, *warp, landmark.slant, options);
 }
 
 }  // namespace rover

@@ -7,7 +7,7 @@
 
 #include "rover/base/ids.h"
 #include "rover/geometry/se3.h"
-#include "rover/matching/patch_refinement.h"
+#include "rover/matching/patch_slant.h"
 
 namespace rover {
 
@@ -34,6 +34,7 @@ struct Landmark {
   Eigen::Vector3d position;                       // m (mono: map units), world frame
   std::vector<LandmarkObservation> observations;  // ascending keyframe, one per keyframe
   std::shared_ptr<const Appearance> appearance;
+  Slant slant;               // of the patch, as learned from views from elsewhere
   SE3 world_from_reference;  // camera 0 at the reference observation, when it was made
   KeyframeId created_by;     // the newest keyframe when it was made
   int visible = 0;           // frames in which it should have been seen ...

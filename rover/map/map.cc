@@ -179,6 +179,10 @@ void Map::set_position(LandmarkId landmark, const Eigen::Vector3d& position) {
   if (find(landmark)) landmarks_.edit(landmark).position = position;
 }
 
+void Map::set_slant(LandmarkId landmark, const Slant& slant) {
+  if (find(landmark)) landmarks_.edit(landmark).slant = slant;
+}
+
 void Map::set_measurement(KeyframeId keyframe, int feature, const Eigen::Vector2f& pixel,
                           float sigma) {
   if (!find(keyframe)) return;

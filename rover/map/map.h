@@ -126,6 +126,7 @@ class Map {
   void move(KeyframeId keyframe, const Sim3& new_world_from_world);
   void move(LandmarkId landmark, const Sim3& new_world_from_world);
   void set_position(LandmarkId landmark, const Eigen::Vector3d& position);
+  void set_slant(LandmarkId landmark, const Slant& slant);
   void set_measurement(KeyframeId keyframe, int feature, const Eigen::Vector2f& pixel, float sigma);
   void count_sighting(LandmarkId landmark, int visible, int found);
   void release_image(KeyframeId keyframe);

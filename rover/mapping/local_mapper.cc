@@ -4,12 +4,13 @@
 #include <utility>
 
 #include "rover/base/error.h"
-#include "rover/mapping/reprojection_check.h"
+#include "rover/mapping/slant_learning.h"
 
 namespace rover {
 
 void LocalMapperOptions::check() const {
   creation.check();
+  slant.check();
   adjustment.check();
   gaps.check();
   inertial.check();
@@ -36,6 +37,12 @@ MappingReport LocalMapper::process(SharedMap& map, KeyframeId keyframe,
   timer.done("triangulate");
   map.commit([&](Map& m) { report.fused = fuse_duplicates(m, keyframe); });
   timer.done("fuse");
+  if (options_.learn_slants) {
+    map.commit([&](Map& m) {
+      report.slants = learn_slants(m, keyframe, options_.slant, options_.creation.refinement);
+    });
+    timer.done("slants");
+  }
   report.inertial = adjust(map, keyframe, hurry);
   timer.done("local_adjustment");
   if (options_.is_inertial && report.inertial.event == InertialEvent::kNone) {

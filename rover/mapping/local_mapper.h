@@ -18,6 +18,8 @@ struct LocalMapperOptions {
   LandmarkCreationOptions creation;
   int fusion_neighbours = 8;  // covisible keyframes searched for duplicates by projection
   double fusion_radius = 3;   // px at 640 wide
+  bool learn_slants = true;      // how landmarks' patches lean, from keyframes seen from elsewhere
+  SlantOptions slant;
   int window = 12;            // free keyframes of the local adjustment
   int max_fixed = 20;         // fixed ones around it
   BundleOptions adjustment;
@@ -39,6 +41,7 @@ struct MappingReport {
   int culled_landmarks = 0;
   int culled_keyframes = 0;
   int fused = 0;
+  int slants = 0;  // learned or improved
   InertialReport inertial;
   StageTimes times;
 };

@@ -55,6 +55,7 @@ void add_mapping(LocalMapperOptions& m, ConfigFields& fields) {
                                {"mapping.chi2", &m.creation.chi2},
                                {"mapping.fusion_neighbours", &m.fusion_neighbours},
                                {"mapping.fusion_radius", &m.fusion_radius},
+                               {"mapping.learn_slants", &m.learn_slants},
                                {"mapping.window", &m.window},
                                {"mapping.max_fixed", &m.max_fixed},
                                {"mapping.first_iterations", &m.adjustment.first_iterations},

@@ -13,7 +13,7 @@ double reprojection_chi2(const Map& map, const Eigen::Vector3d& point, KeyframeI
   const auto pixel = map.rig().cameras[0].project(world_from_camera.inverse() * point);
   if (!pixel) return std::numeric_limits<double>::infinity();
   const Observation& observation = frame[feature];
-  const double sigma = effective_sigma(observation.sigma, weighting);
+  const double sigma = effective_sigma(observation, weighting);
   return (*pixel - observation.pixel.cast<double>()).squaredNorm() / (sigma * sigma);
 }
 

@@ -129,12 +129,15 @@ void move_newcomers(Map& map, const MapProblem& problem, double scale) {
 void WeightingOptions::check() const {
   require(model_sigma >= 0 && model_sigma < 100, "weighting.model_sigma is {}; use 0 to 100 px",
           model_sigma);
+  require(detection_sigma >= 0 && detection_sigma < 100,
+          "weighting.detection_sigma is {}; use 0 to 100 px", detection_sigma);
   require(disparity_sigma >= 0 && disparity_sigma < 100,
           "weighting.disparity_sigma is {}; use 0 to 100 px", disparity_sigma);
 }
 
-double effective_sigma(double sigma, const WeightingOptions& weighting) {
-  return std::hypot(sigma, weighting.model_sigma);
+double effective_sigma(const Observation& observation, const WeightingOptions& weighting) {
+  return std::hypot(observation.sigma,
+                    observation.refined ? weighting.model_sigma : weighting.detection_sigma);
 }
 
 double effective_disparity_sigma(double sigma, const WeightingOptions& weighting) {
@@ -145,7 +148,7 @@ FeatureMeasurements measurements_of(const Frame& frame, int feature,
                                     const WeightingOptions& weighting) {
   const Observation& left = frame[feature];
   FeatureMeasurements measured;
-  measured.place = {0, left.pixel.cast<double>(), effective_sigma(left.sigma, weighting)};
+  measured.place = {0, left.pixel.cast<double>(), effective_sigma(left, weighting)};
   const StereoObservation* right = frame.stereo_of(feature);
   if (right && !left.stereo_rejected) {
     measured.disparity = {kDisparity, frame.disparity(feature).cast<double>(),

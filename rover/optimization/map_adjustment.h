@@ -10,9 +10,12 @@ namespace rover {
 
 // How observations of the map are weighted in adjustments.
 struct WeightingOptions {
-  // px: what every observation may be off by besides its own noise (calibration, rolling shutter,
+  // px: what a refined place may be off by besides its own noise (calibration, rolling shutter,
   // landmarks that are no points); added in quadrature to its sigma.
   double model_sigma = 0.5;
+  // px: the same for places that are not refined. A detector puts a corner somewhere else when the
+  // view changes.
+  double detection_sigma = 0.5;
   // px: the same for disparities, in place of model_sigma. Of an aligned pair both images show one
   // patch, and hardly differ in what it does not share with the landmark.
   double disparity_sigma = 0.2;
@@ -21,7 +24,7 @@ struct WeightingOptions {
 };
 
 // The standard deviation that an observation enters an adjustment with, px.
-double effective_sigma(double sigma, const WeightingOptions& weighting);
+double effective_sigma(const Observation& observation, const WeightingOptions& weighting);
 
 // Likewise of a stereo partner's disparity.
 double effective_disparity_sigma(double sigma, const WeightingOptions& weighting);

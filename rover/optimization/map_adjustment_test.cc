@@ -116,16 +116,20 @@ TEST(MapAdjustment, FixesTheKeyframesAroundAWindow) {
 }
 
 TEST(MapAdjustment, WeighsByNoiseAndModel) {
-  EXPECT_DOUBLE_EQ(effective_sigma(3, {4}), 5);
-  const MapProblem problem = gather_whole_map(test_map(3, 30), {1.2});
-  for (const auto& observation : problem.bundle.observations) {
-    EXPECT_NEAR(observation.sigma, 1.3, 1e-9);  // 0.5 px of its own
+  const WeightingOptions weighting{.model_sigma = 4, .detection_sigma = 7.2, .disparity_sigma = 4};
+  Observation observation;
+  observation.sigma = 3;
+  EXPECT_DOUBLE_EQ(effective_sigma(observation, weighting), 7.8);
+  observation.refined = true;
+  EXPECT_DOUBLE_EQ(effective_sigma(observation, weighting), 5);
+  EXPECT_DOUBLE_EQ(effective_disparity_sigma(3, weighting), 5);
+  const WeightingOptions detected{.detection_sigma = 1.2, .disparity_sigma = 1.2};
+  const MapProblem problem = gather_whole_map(test_map(3, 30), detected);
+  for (const auto& seen : problem.bundle.observations) {
+    EXPECT_NEAR(seen.sigma, 1.3, 1e-9);  // 0.5 px of its own
   }
-  const MapProblem stereo = gather_whole_map(test_map(3, 30, 0.1), {1.2, 1.2});
-  for (const auto& observation : stereo.bundle.observations) {
-    EXPECT_NEAR(observation.sigma, 1.3, 1e-9);
-  }
-  EXPECT_DOUBLE_EQ(effective_disparity_sigma(3, {1, 4}), 5);
+  const MapProblem stereo = gather_whole_map(test_map(3, 30, 0.1), detected);
+  for (const auto& seen : stereo.bundle.observations) EXPECT_NEAR(seen.sigma, 1.3, 1e-9);
 }
 
 // Refined, an observation is of another point of the patch, and its partner with it.

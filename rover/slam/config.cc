@@ -115,6 +115,15 @@ ExtractorOptions ExtractionConfig::options() const {
   return options;
 }
 
+void StereoInertialConfig::check() const {
+  require(huber > 0, "inertial.stereo_huber is {}; use a number above 0", huber);
+  for (const double sigma : {model_sigma, detection_sigma}) {
+    require(sigma >= 0 && sigma < 100,
+            "inertial.stereo_model_sigma or inertial.stereo_detection_sigma is {}; use 0 to 100 px",
+            sigma);
+  }
+}
+
 void Config::check() const {
   extraction.check();
   runtime.check();
@@ -126,14 +135,21 @@ void Config::check() const {
     require(std::ranges::count(matcher_names(), matcher) > 0,
             "unknown matcher '{}'; use learned or classical", matcher);
   }
-  require(stereo_inertial_huber > 0, "inertial.stereo_huber is {}; use a number above 0",
-          stereo_inertial_huber);
+  stereo_inertial.check();
   weighting.check();
   refinement.check();
   frame.check();
   tracking.check();
   mapping.check();
   final_adjustment.check();
+}
+
+void Config::use_stereo_inertial() {
+  mapping.adjustment.huber = stereo_inertial.huber;
+  mapping.inertial.adjustment.huber = stereo_inertial.huber;
+  final_adjustment.huber = stereo_inertial.huber;
+  weighting.model_sigma = stereo_inertial.model_sigma;
+  weighting.detection_sigma = stereo_inertial.detection_sigma;
 }
 
 void Config::distribute(const GuidedMatchingOptions& guided) {

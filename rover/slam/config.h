@@ -32,6 +32,20 @@ enum class Execution {
   kConcurrent,  // mapping runs on a thread of its own
 };
 
+// What stereo-inertial mode has in place of the others' values, in mapping's and the final
+// adjustments. Not monocular-inertial: what vision says more sharply there, of a map's shape,
+// leaves slow errors of inertial data no way out but the scale (docs/results.md).
+struct StereoInertialConfig {
+  // BundleOptions::huber. Most observations are off by far less than the weighting says, some by
+  // far more that are no outliers yet (features on outlines, patches seen at an angle): close to
+  // least deviations, the many are not pulled by the few.
+  double huber = 0.6;
+  // WeightingOptions, in tracking too: what is measured of observations (docs/matching.md).
+  double model_sigma = 0.3, detection_sigma = 0.8;  // px
+
+  void check() const;
+};
+
 // Everything that can be set, with the defaults that docs/results.md was made with. Written as
 // YAML: see docs/configuration.md for the keys.
 struct Config {
@@ -50,18 +64,15 @@ struct Config {
   TrackerOptions tracking;
   LocalMapperOptions mapping;
   BundleOptions final_adjustment;
-  // BundleOptions::huber of mapping's and the final adjustments, stereo-inertial. Most observations
-  // are off by far less than the weighting says, some by far more that are no outliers yet
-  // (features on outlines, patches seen at an angle): close to least deviations, the many are not
-  // pulled by the few. Not monocular: what vision loses of its weight inertial data gain, and scale
-  // follows their slow errors.
-  double stereo_inertial_huber = 0.6;
+  StereoInertialConfig stereo_inertial;
   // Of larger inertial maps the newest so many keyframes are adjusted at the end, and older ones
   // move along: memory goes with the square of their number, 0.2 GB for 300.
   int max_finally_adjusted = 300;
 
   Config();
   void check() const;
+  // Sets what differs in stereo-inertial mode.
+  void use_stereo_inertial();
   // Hands the options that several stages share, and the family's thresholds, to each stage.
   void distribute(const GuidedMatchingOptions& guided);
 };

@@ -150,10 +150,12 @@ TEST(Config, ValuesThatMakeNoSenseAreRefused) {
   EXPECT_THAT(refusal("threads: 0\n"), HasSubstr("threads"));
   EXPECT_THAT(refusal("mapping_queue: 0\n"), HasSubstr("mapping_queue"));
   EXPECT_THAT(refusal("seed: 8\nmodel_sigma: -1\n"), HasSubstr("model_sigma"));
+  EXPECT_THAT(refusal("detection_sigma: -1\n"), HasSubstr("detection_sigma"));
   EXPECT_THAT(refusal("disparity_sigma: -1\n"), HasSubstr("disparity_sigma"));
   EXPECT_THAT(refusal("inertial.max_tension: 0\n"), HasSubstr("max_tension"));
   EXPECT_THAT(refusal("live.settling_time: -1\n"), HasSubstr("live.settling_time"));
   EXPECT_THAT(refusal("inertial.stereo_huber: 0\n"), HasSubstr("stereo_huber"));
+  EXPECT_THAT(refusal("inertial.stereo_model_sigma: -1\n"), HasSubstr("stereo_model_sigma"));
   EXPECT_THAT(refusal("final.max_inertial_keyframes: 1\n"), HasSubstr("max_inertial_keyframes"));
   EXPECT_THAT(refusal("mapping.window: 1\n"), HasSubstr("mapping.window"));
   EXPECT_THAT(refusal("keyframe.min_tracked_share: 1.5\n"), HasSubstr("min_tracked_share"));
@@ -172,6 +174,19 @@ TEST(Config, FilesThatAreNoSettingsAreRefused) {
   Config config;
   EXPECT_THAT(input_error_of([&] { load_config("/nothing/here.yaml", config); }),
               HasSubstr("/nothing/here.yaml"));
+}
+
+TEST(Config, StereoInertialHasItsOwnWeighting) {
+  Config config;
+  config.stereo_inertial.model_sigma = 0.375;
+  config.stereo_inertial.huber = 1.5;
+  config.use_stereo_inertial();
+  config.distribute({});
+  EXPECT_EQ(config.tracking.weighting.model_sigma, 0.375);
+  EXPECT_EQ(config.mapping.creation.weighting.detection_sigma,
+            config.stereo_inertial.detection_sigma);
+  EXPECT_EQ(config.mapping.inertial.adjustment.huber, 1.5);
+  EXPECT_EQ(config.final_adjustment.huber, 1.5);
 }
 
 TEST(Config, HandsSharedOptionsToTheStages) {

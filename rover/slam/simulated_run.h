@@ -82,7 +82,8 @@ class SimulatedRun {
   static constexpr ImuCalibration kCalibration = {1.7e-4, 1.9e-5, 2e-3, 3e-3, 200};
 
   // Noise is what is stated.
-  static constexpr WeightingOptions kExact = {.model_sigma = 0, .disparity_sigma = 0};
+  static constexpr WeightingOptions kExact = {
+      .model_sigma = 0, .detection_sigma = 0, .disparity_sigma = 0};
 
   static TrackerOptions tracker_options(const SimulatedRunOptions& simulated) {
     TrackerOptions options;

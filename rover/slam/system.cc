@@ -37,12 +37,6 @@ Config with_scaled_counts(Config config, const Camera& camera) {
   return config;
 }
 
-void set_huber(double huber, Config& config) {
-  config.mapping.adjustment.huber = huber;
-  config.mapping.inertial.adjustment.huber = huber;
-  config.final_adjustment.huber = huber;
-}
-
 void check_image(const cv::Mat& image, const Camera& camera, const char* name) {
   require(image.type() == CV_8UC1, "the {} image must be 8 bit with one channel", name);
   require(image.cols == camera.width() && image.rows == camera.height(),
@@ -75,7 +69,7 @@ class System::Implementation {
             is_stereo(mode) ? "stereo" : "mono");
     if (is_inertial(mode)) imu_ = imu;
     config_.mapping.is_inertial = is_inertial(mode);
-    if (mode == Mode::kStereoInertial) set_huber(config_.stereo_inertial_huber, config_);
+    if (mode == Mode::kStereoInertial) config_.use_stereo_inertial();
     rig_ = std::make_shared<const Rig>(cameras_for(rig, mode));
     runtime_ = std::make_unique<Runtime>(config_.runtime);
     const Config scaled = with_scaled_counts(config_, rig_->cameras[0]);

@@ -1,11 +1,12 @@
-// Times of the matchers for 256 to 1024 features per image, and of photometric refinement.
+// Times of the matchers for 256 to 1024 features per image, photometric refinement and
+// how patches lean.
 
 #include <benchmark/benchmark.h>
 
 #include "rover/matching/guided_matching.h"
 #include "rover/matching/lightglue_matcher.h"
 #include "rover/matching/mutual_nearest_neighbour.h"
-#include "rover/matching/patch_refinement.h"
+#include "rover/matching/patch_slant.h"
 #include "rover/matching/stereo_matching.h"
 #include "rover/matching/test_features.h"
 #include "rover/matching/test_images.h"
@@ -73,6 +74,26 @@ void refine_patch(benchmark::State& state) {
   }
 }
 BENCHMARK(refine_patch)->Unit(benchmark::kMicrosecond);
+
+// A surface that leans by 25 degrees, seen 15 degrees from where its patch was taken.
+void learn_slant(benchmark::State& state) {
+  const SmoothTexture texture(3);
+  SlantedWarp warp;
+  warp.facing = Eigen::Matrix2f::Identity();
+  warp.per_slant = {Eigen::Matrix2f{{-0.25f, 0}, {0, 0}}, Eigen::Matrix2f{{0, -0.25f}, {0, 0}}};
+  const Eigen::Vector2d center(32, 32);
+  const Eigen::Matrix2d patch_from_image = warp.at({0.4f, 0.2f}).cast<double>().inverse();
+  const auto seen = [&](const Eigen::Vector2d& p) {
+    return Eigen::Vector2d(center + patch_from_image * (p - center));
+  };
+  const cv::Mat image = texture.render({64, 64}, seen);
+  const cv::Mat reference = texture.render({64, 64}, [](const Eigen::Vector2d& p) { return p; });
+  const auto patch = cut_patch(reference, center.cast<float>()).value();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(update_slant(patch, image, center.cast<float>(), warp, {}, {}));
+  }
+}
+BENCHMARK(learn_slant)->Unit(benchmark::kMicrosecond);
 
 // A pair of rectified images of one plane; every left feature has its partner.
 void stereo(benchmark::State& state) {

@@ -1,5 +1,5 @@
-// Times of the matchers for 256 to 1024 features per image, photometric refinement and
-// how patches lean.
+// Times of the matchers for 256 to 1024 features per image, and of photometric alignment for a
+// place and for a slant.
 
 #include <benchmark/benchmark.h>
 
@@ -76,7 +76,7 @@ void refine_patch(benchmark::State& state) {
 BENCHMARK(refine_patch)->Unit(benchmark::kMicrosecond);
 
 // A surface that leans by 25 degrees, seen 15 degrees from where its patch was taken.
-void learn_slant(benchmark::State& state) {
+void slant_update(benchmark::State& state) {
   const SmoothTexture texture(3);
   SlantedWarp warp;
   warp.facing = Eigen::Matrix2f::Identity();
@@ -93,7 +93,7 @@ void learn_slant(benchmark::State& state) {
     benchmark::DoNotOptimize(update_slant(patch, image, center.cast<float>(), warp, {}, {}));
   }
 }
-BENCHMARK(learn_slant)->Unit(benchmark::kMicrosecond);
+BENCHMARK(slant_update)->Unit(benchmark::kMicrosecond);
 
 // A pair of rectified images of one plane; every left feature has its partner.
 void stereo(benchmark::State& state) {

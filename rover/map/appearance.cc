@@ -10,21 +10,30 @@ namespace {
 constexpr float kMinScale = 0.4f;
 constexpr float kMaxScale = 2.5f;
 
-// px: a detection may be so far from where its landmark is expected that alignment still starts
-// there. Detections err by up to 2 px where the view changes; more, and the pose may be wrong.
+// px. Detections err by up to 2 px where the view changes. Of a feature farther than this from its
+// landmark's projection the pose or the match may be wrong: alignment starts at the feature.
 constexpr float kMaxDetectionError = 3;
 
 bool is_comparable(const Eigen::Matrix2f& warp) {
   return warp.determinant() >= kMinScale * kMinScale && warp.norm() / std::sqrt(2.0f) <= kMaxScale;
 }
 
+// The normal that a slant tells, reference camera's frame; its product with the central ray is 1.
+Eigen::Vector3d normal_of(const Appearance& look, const Eigen::Vector2f& slant) {
+  const Eigen::Vector3d down = look.ray.cross(look.ray_right).normalized();
+  const Eigen::Vector3d right = down.cross(look.ray);
+  return look.ray + static_cast<double>(slant.x()) * right + static_cast<double>(slant.y()) * down;
+}
+
 // Columns: where the points one pixel to the right of a patch's centre and below it are seen, from
-// where the centre is, if the patch lies in the plane with this normal (reference camera's frame,
-// its product with the central ray is 1). Nothing if one cannot be seen.
+// where the centre is, if the patch lies in the plane with this slant. Nothing if one cannot be
+// seen.
 std::optional<Eigen::Matrix2f> plane_warp(const Landmark& landmark, const Camera& camera,
-                                          const SE3& camera_from_reference,
-                                          const Eigen::Vector3d& normal) {
+                                          const SE3& camera_from_world,
+                                          const Eigen::Vector2f& slant) {
   const Appearance& look = *landmark.appearance;
+  const SE3 camera_from_reference = camera_from_world * landmark.world_from_reference;
+  const Eigen::Vector3d normal = normal_of(look, slant);
   const double depth = (landmark.position - landmark.world_from_reference.translation).norm();
   const auto see = [&](const Eigen::Vector3d& ray) {
     return camera.project(camera_from_reference * (ray * (depth / ray.dot(normal))).eval());
@@ -73,15 +82,10 @@ std::shared_ptr<const Appearance> make_appearance(const Camera& camera, const Fr
 
 std::optional<SlantedWarp> slanted_warp(const Landmark& landmark, const Camera& camera,
                                         const SE3& camera_from_world) {
-  const Appearance& look = *landmark.appearance;
-  const SE3 camera_from_reference = camera_from_world * landmark.world_from_reference;
-  const Eigen::Vector3d down = look.ray.cross(look.ray_right).normalized();
-  const Eigen::Vector3d right = down.cross(look.ray);
-  const auto lean = [&](const Eigen::Vector3d& towards) {
-    return plane_warp(landmark, camera, camera_from_reference, look.ray + towards);
+  const auto lean = [&](float right, float down) {
+    return plane_warp(landmark, camera, camera_from_world, {right, down});
   };
-  const auto facing = lean(Eigen::Vector3d::Zero()), leans_right = lean(right),
-             leans_down = lean(down);
+  const auto facing = lean(0, 0), leans_right = lean(1, 0), leans_down = lean(0, 1);
   if (!facing || !leans_right || !leans_down) return std::nullopt;
   return SlantedWarp{*facing, {*leans_right - *facing, *leans_down - *facing}};
 }
@@ -90,12 +94,10 @@ bool refine_observation(const Landmark& landmark, const Camera& camera,
                         const SE3& camera_from_world, const cv::Mat& image,
                         const PatchRefinementOptions& options, Observation& observation) {
   if (!landmark.appearance->has_patch || image.empty()) return false;
-  const auto slanted = slanted_warp(landmark, camera, camera_from_world);
-  if (!slanted) return false;
-  const Eigen::Matrix2f warp = slanted->at(landmark.slant.mean);
-  if (!is_comparable(warp)) return false;
+  const auto warp = plane_warp(landmark, camera, camera_from_world, landmark.slant.mean);
+  if (!warp || !is_comparable(*warp)) return false;
   const auto align = [&](const Eigen::Vector2f& start) {
-    return refine_position(landmark.appearance->patch, image, start, warp, options);
+    return refine_position(landmark.appearance->patch, image, start, *warp, options);
   };
   std::optional<RefinedPosition> refined;
   if (const auto start = expected_place(landmark, camera, camera_from_world, observation)) {
@@ -119,7 +121,10 @@ std::optional<Slant> learn_slant(const Landmark& landmark, const Camera& camera,
   if (!place) return std::nullopt;
   const auto warp = slanted_warp(landmark, camera, camera_from_world);
   if (!warp || !is_comparable(warp->at(landmark.slant.mean))) return std::nullopt;
-  return update_slant(landmark.appearance->patch, image, *place, *warp, landmark.slant, options);
+  const auto learned =
+      update_slant(landmark.appearance->patch, image, *place, *warp, landmark.slant, options);
+  if (!learned || !is_comparable(warp->at(learned->mean))) return std::nullopt;
+  return learned;
 }
 
 }  // namespace rover

@@ -1,62 +1,20 @@
 #include "rover/map/appearance.h"
 
 #include <gtest/gtest.h>
-#include <Eigen/Dense>
 
 #include "rover/map/test_map.h"
-#include "rover/matching/test_images.h"
+#include "rover/map/test_wall.h"
 
 namespace rover {
 namespace {
 
-const Camera kCamera(CameraModel::kPinhole, 200, 160, {250, 250, 100, 80}, {0, 0, 0, 0});
-const Eigen::Vector3d kPoint(0.05, -0.03, 2);  // m, in the reference camera's frame
-
-// A textured wall through kPoint, seen by a camera at any pose.
-class Wall {
- public:
-  Wall(std::uint64_t seed, const Eigen::Vector2d& slant) : texture_(seed, 6, 25, 30) {
-    const Eigen::Vector3d ray = kPoint.normalized();
-    const Eigen::Vector3d down = ray.cross(Eigen::Vector3d::UnitX()).normalized();
-    const Eigen::Vector3d right = down.cross(ray);
-    normal_ = (ray + slant.x() * right + slant.y() * down).normalized();
-    along_ = normal_.cross(Eigen::Vector3d::UnitY()).normalized();
-    up_ = normal_.cross(along_);
-  }
-
-  Eigen::Vector3d hit(const SE3& reference_from_camera, const Eigen::Vector2d& pixel) const {
-    const Eigen::Vector3d from = reference_from_camera.translation;
-    const Eigen::Vector3d ray = reference_from_camera.rotation * kCamera.unproject(pixel).value();
-    return from + ray * (normal_.dot(kPoint - from) / normal_.dot(ray));
-  }
-
-  cv::Mat seen_from(const SE3& reference_from_camera, std::uint64_t seed) const {
-    constexpr double kTexels = 125;  // per m: one pixel at 2 m
-    return texture_.render(
-        {200, 160},
-        [&](const Eigen::Vector2d& pixel) {
-          const Eigen::Vector3d at = hit(reference_from_camera, pixel) - kPoint;
-          return Eigen::Vector2d(kTexels * along_.dot(at), kTexels * up_.dot(at));
-        },
-        1, 0, 2, seed);
-  }
-
- private:
-  SmoothTexture texture_;
-  Eigen::Vector3d normal_, along_, up_;
-};
-
-SE3 view(double x, double y, double z, double turn) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY())), {x, y, z}};
-}
-
 // The world is the reference camera's frame.
 Landmark landmark_on(const cv::Mat& wall) {
-  Frame frame = test_frame({{kCamera}, {SE3()}}, {kPoint}, SE3(), 1);
+  Frame frame = test_frame({{kWallCamera}, {SE3()}}, {kWallPoint}, SE3(), 1);
   frame.image = wall;
   Landmark landmark;
-  landmark.position = kPoint;
-  landmark.appearance = make_appearance(kCamera, frame, 0);
+  landmark.position = kWallPoint;
+  landmark.appearance = make_appearance(kWallCamera, frame, 0);
   return landmark;
 }
 
@@ -68,12 +26,12 @@ TEST(SlantedWarp, IsThatOfThePlane) {
     const Eigen::Vector2d slant(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5));
     const Wall wall(seed, slant);
     const Landmark landmark = landmark_on({});  // a warp needs no patch
-    const SE3 there = view(random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4),
-                           random.uniform(-0.5, 0.5), random.uniform(-0.2, 0.2));
-    const auto warp = slanted_warp(landmark, kCamera, there.inverse());
-    const Eigen::Vector2d center = kCamera.project(kPoint).value();
+    const SE3 there = view_from(random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4),
+                                random.uniform(-0.5, 0.5), random.uniform(-0.2, 0.2));
+    const auto warp = slanted_warp(landmark, kWallCamera, there.inverse());
+    const Eigen::Vector2d center = kWallCamera.project(kWallPoint).value();
     const auto moved = [&](const Eigen::Vector2d& offset) {
-      return kCamera.project(there.inverse() * wall.hit(SE3(), center + offset)).value();
+      return kWallCamera.project(there.inverse() * wall.hit(SE3(), center + offset)).value();
     };
     Eigen::Matrix2d expected;
     expected << moved({1, 0}) - moved({0, 0}), moved({0, 1}) - moved({0, 0});
@@ -83,16 +41,16 @@ TEST(SlantedWarp, IsThatOfThePlane) {
 }
 
 TEST(RefineObservation, StartsWhereTheLandmarkIsExpected) {
-  const SE3 there = view(0.1, 0, 0, 0.05);
+  const SE3 there = view_from(0.1, 0, 0, 0.05);
   int expected = 0, detected = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const Wall wall(seed, {0, 0});
     Landmark landmark = landmark_on(wall.seen_from(SE3(), 1));
     const cv::Mat image = wall.seen_from(there, 2);
-    const Eigen::Vector2d truth = kCamera.project(there.inverse() * kPoint).value();
+    const Eigen::Vector2d truth = kWallCamera.project(there.inverse() * kWallPoint).value();
     const auto finds = [&](const Eigen::Vector2d& detection) {
       Observation observation = observation_at(detection.cast<float>());
-      return refine_observation(landmark, kCamera, there.inverse(), image, {}, observation) &&
+      return refine_observation(landmark, kWallCamera, there.inverse(), image, {}, observation) &&
              observation.refined && (observation.pixel.cast<double>() - truth).norm() < 0.15;
     };
     expected += finds(truth + Eigen::Vector2d(1.5, -1.5));
@@ -111,10 +69,12 @@ TEST(LearnSlant, ComesToThePlaneOverSeveralViews) {
     Landmark landmark = landmark_on(wall.seen_from(SE3(), 1));
     int views = 0;
     for (const double x : {0.15, -0.3, 0.45, -0.6}) {
-      const SE3 there = view(x, -0.7 * x, 0, -0.4 * x);
-      const Eigen::Vector2f place = kCamera.project(there.inverse() * kPoint).value().cast<float>();
-      const auto learned = learn_slant(landmark, kCamera, there.inverse(), wall.seen_from(there, 3),
-                                       {}, observation_at(place + Eigen::Vector2f(0.5f, 0.5f)));
+      const SE3 there = view_from(x, -0.7 * x, 0, -0.4 * x);
+      const Eigen::Vector2f place =
+          kWallCamera.project(there.inverse() * kWallPoint).value().cast<float>();
+      const auto learned =
+          learn_slant(landmark, kWallCamera, there.inverse(), wall.seen_from(there, 3), {},
+                      observation_at(place + Eigen::Vector2f(0.5f, 0.5f)));
       if (!learned) continue;
       landmark.slant = *learned;
       ++views;
@@ -128,18 +88,23 @@ TEST(LearnSlant, ComesToThePlaneOverSeveralViews) {
 TEST(LearnSlant, TellsNothingWithoutPatchImageOrParallax) {
   const Wall wall(1, {0, 0});
   Landmark landmark = landmark_on(wall.seen_from(SE3(), 1));
-  const cv::Mat image = wall.seen_from(SE3(), 2);
-  const Observation seen = observation_at(kCamera.project(kPoint).value().cast<float>());
-  EXPECT_FALSE(learn_slant(landmark, kCamera, SE3(), image, {}, seen)) << "the reference itself";
-  const SE3 there = view(0.3, 0, 0, -0.1);
-  const Observation off = observation_at({30, 30});
-  EXPECT_FALSE(learn_slant(landmark, kCamera, there.inverse(), wall.seen_from(there, 2), {}, off))
-      << "not refined, and far from where it is expected";
-  EXPECT_FALSE(learn_slant(landmark, kCamera, there.inverse(), cv::Mat(), {}, seen));
+  const SE3 there = view_from(0.3, 0, 0, -0.1);
+  const cv::Mat image = wall.seen_from(there, 2);
+  const Eigen::Vector2d place = kWallCamera.project(there.inverse() * kWallPoint).value();
+  const Observation seen = observation_at(place.cast<float>());
+  const auto learned = [&](const SE3& pose, const cv::Mat& from, const Observation& observation) {
+    return learn_slant(landmark, kWallCamera, pose.inverse(), from, {}, observation).has_value();
+  };
+  ASSERT_TRUE(learned(there, image, seen));
+  EXPECT_FALSE(learned(there, cv::Mat(), seen));
+  const Observation off = observation_at((place + Eigen::Vector2d(4, 0)).cast<float>());
+  EXPECT_FALSE(learned(there, image, off)) << "not refined, and far from where it is expected";
+  const Observation here = observation_at(kWallCamera.project(kWallPoint).value().cast<float>());
+  EXPECT_FALSE(learned(SE3(), wall.seen_from(SE3(), 2), here)) << "the reference itself";
   auto bare = std::make_shared<Appearance>(*landmark.appearance);
   bare->has_patch = false;
   landmark.appearance = bare;
-  EXPECT_FALSE(learn_slant(landmark, kCamera, there.inverse(), image, {}, seen));
+  EXPECT_FALSE(learned(there, image, seen));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ struct Observation {
   LandmarkId landmark;    // invalid: not joined to one
   Eigen::Vector2f pixel;  // px, raw image of camera 0: the feature, or refined photometrically
   float sigma = 1;        // px, standard deviation per axis
-  bool refined = false;   // photometrically
+  bool refined = false;   // photometrically; or the landmark's patch is from here
   bool stereo_rejected = false;  // the feature's stereo partner did not fit the landmark
 };
 
@@ -60,6 +60,9 @@ struct Frame {
   }
   Observation& operator[](int feature) { return observations[static_cast<std::size_t>(feature)]; }
 
+  // Parts a feature from its landmark. Its place is as detected again: the refined one was that of
+  // the landmark's patch.
+  void unjoin(int feature);
   // The landmarks that features are joined to, in the order of the features.
   std::vector<LandmarkId> landmarks() const;
   // Number of features joined to a landmark.

@@ -39,6 +39,11 @@ std::vector<LandmarkId> Frame::landmarks() const {
   return joined;
 }
 
+void Frame::unjoin(int feature) {
+  const auto i = static_cast<std::size_t>(feature);
+  observations[i] = {{}, features->positions[i], features->sigmas[i], false, false};
+}
+
 int Frame::landmark_count() const {
   return static_cast<int>(std::count_if(observations.begin(), observations.end(),
                                         [](const auto& o) { return o.landmark.valid(); }));
@@ -74,7 +79,9 @@ KeyframeId Map::add_keyframe(Frame frame) {
   if (newest_.valid()) keyframes_.edit(newest_).next = keyframe.id;
   newest_ = keyframe.id;
   keyframes_.insert(keyframe.id, std::move(keyframe));
-  for (const auto& [landmark, feature] : joins) observe(landmark, newest_, feature);
+  for (const auto& [landmark, feature] : joins) {
+    if (!observe(landmark, newest_, feature)) keyframes_.edit(newest_).frame.unjoin(feature);
+  }
   return newest_;
 }
 
@@ -89,8 +96,10 @@ LandmarkId Map::add_landmark(const Eigen::Vector3d& position, KeyframeId keyfram
   landmark.world_from_reference = frame.world_from_body * rig_->body_from_camera[0];
   landmark.created_by = newest_;
   const LandmarkId id = landmark.id;
+  const bool has_patch = landmark.appearance->has_patch;
   landmarks_.insert(id, std::move(landmark));
-  observe(id, keyframe, feature);
+  // What the patch shows is seen here by definition, however roughly a detector found it.
+  if (observe(id, keyframe, feature)) keyframes_.edit(keyframe).frame[feature].refined = has_patch;
   return id;
 }
 
@@ -110,7 +119,7 @@ void Map::forget(LandmarkId landmark, KeyframeId keyframe) {
   if (!point || !point->has_observation(keyframe)) return;
   auto& observations = landmarks_.edit(landmark).observations;
   const auto place = place_of(observations, keyframe);
-  keyframes_.edit(keyframe).frame[place->feature].landmark = {};
+  keyframes_.edit(keyframe).frame.unjoin(place->feature);
   observations.erase(place);
   if (observations.empty()) landmarks_.erase(landmark);
 }
@@ -135,7 +144,7 @@ void Map::remove(LandmarkId landmark) {
   const Landmark* point = find(landmark);
   if (!point) return;
   for (const auto& [keyframe, feature] : point->observations) {
-    keyframes_.edit(keyframe).frame[feature].landmark = {};
+    keyframes_.edit(keyframe).frame.unjoin(feature);
   }
   landmarks_.erase(landmark);
 }

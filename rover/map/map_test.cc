@@ -78,6 +78,47 @@ TEST(Map, ObservesOnlyWhatIsFree) {
   EXPECT_FALSE(map.observe({0}, {99}, 0));  // no such keyframe
 }
 
+// The place is where one landmark's patch lies: it says nothing of another one.
+TEST(Map, FeaturesPartedFromTheirLandmarkAreAsDetected) {
+  const auto refined = [] {
+    Map map = test_map(3, 10);
+    map.set_measurement({1}, 4, Eigen::Vector2f(7, 8), 0.06f);
+    return map;
+  };
+  const auto expect_detected = [](const Frame& frame) {
+    EXPECT_EQ(frame[4].pixel, frame.features->positions[4]);
+    EXPECT_EQ(frame[4].sigma, frame.features->sigmas[4]);
+    EXPECT_FALSE(frame[4].refined);
+  };
+  Map map = refined();
+  map.forget({4}, {1});
+  expect_detected(map.at(KeyframeId{1}).frame);
+  map = refined();
+  map.remove({4});
+  expect_detected(map.at(KeyframeId{1}).frame);
+  map = refined();
+  map.forget({5}, {1});
+  map.fuse({4}, {5});
+  EXPECT_EQ(map.at(KeyframeId{1}).frame[4].landmark, LandmarkId{5});
+  expect_detected(map.at(KeyframeId{1}).frame);
+  map = refined();
+  Frame again = map.at(KeyframeId{1}).frame;
+  map.remove({4});
+  expect_detected(map.at(map.add_keyframe(again)).frame);
+}
+
+TEST(Map, ALandmarkIsSeenExactlyWhereItsPatchIsFrom) {
+  for (const bool has_image : {true, false}) {
+    Map map = test_map(2, 10);
+    const Rig rig = test_rig();
+    Frame frame = test_frame(rig, {{0, 0, 4}}, SE3(), 9);
+    if (has_image) frame.image = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
+    const KeyframeId id = map.add_keyframe(frame);
+    map.add_landmark({0, 0, 4}, id, 0);
+    EXPECT_EQ(map.at(id).frame[0].refined, has_image);
+  }
+}
+
 TEST(Map, CulledKeyframesAreStoodInFor) {
   Map map = test_map(5, 30);
   const SE3 before = map.at(KeyframeId{3}).world_from_body();

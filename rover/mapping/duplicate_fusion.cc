@@ -55,7 +55,7 @@ int LocalMapper::fuse_into(Map& map, KeyframeId target,
     if (!map.find(id)) continue;
     const LandmarkId there = map.at(target).frame[match.b].landmark;
     if (there.valid()) {
-      fused += fuse_checked(map, id, there, options.weighting, options.chi2);
+      fused += fuse_checked(map, id, there, options);
     } else if (reprojection_chi2(map, map.at(id).position, target, match.b, options.weighting) <
                options.chi2) {
       fused += observe_refined(map, id, target, match.b, options.refinement);

@@ -38,9 +38,9 @@ MappingReport LocalMapper::process(SharedMap& map, KeyframeId keyframe,
   map.commit([&](Map& m) { report.fused = fuse_duplicates(m, keyframe); });
   timer.done("fuse");
   if (options_.learn_slants) {
-    map.commit([&](Map& m) {
-      report.slants = learn_slants(m, keyframe, options_.slant, options_.creation.refinement);
-    });
+    const auto learned =
+        learn_slants(*map.view(), keyframe, options_.slant, options_.creation.refinement);
+    map.commit([&](Map& m) { commit_slants(m, keyframe, learned); });
     timer.done("slants");
   }
   report.inertial = adjust(map, keyframe, hurry);

@@ -18,10 +18,10 @@ struct LocalMapperOptions {
   LandmarkCreationOptions creation;
   int fusion_neighbours = 8;  // covisible keyframes searched for duplicates by projection
   double fusion_radius = 3;   // px at 640 wide
-  bool learn_slants = true;      // how landmarks' patches lean, from keyframes seen from elsewhere
+  bool learn_slants = true;   // how landmarks' patches lean, from keyframes seen from elsewhere
   SlantOptions slant;
-  int window = 12;            // free keyframes of the local adjustment
-  int max_fixed = 20;         // fixed ones around it
+  int window = 12;     // free keyframes of the local adjustment
+  int max_fixed = 20;  // fixed ones around it
   BundleOptions adjustment;
   double min_found_share = 0.25;  // of the frames that should have seen a young landmark
   int min_observations = 3;       // keyframes that see a landmark ...
@@ -41,7 +41,6 @@ struct MappingReport {
   int culled_landmarks = 0;
   int culled_keyframes = 0;
   int fused = 0;
-  int slants = 0;  // learned or improved
   InertialReport inertial;
   StageTimes times;
 };

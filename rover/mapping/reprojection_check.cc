@@ -25,9 +25,10 @@ bool fits_observations(const Map& map, const Eigen::Vector3d& point, const Landm
   return true;
 }
 
-bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int feature,
-                     const PatchRefinementOptions& refinement) {
-  if (!map.observe(landmark, keyframe, feature)) return false;
+namespace {
+
+void refine_joined(Map& map, LandmarkId landmark, KeyframeId keyframe, int feature,
+                   const PatchRefinementOptions& refinement) {
   const Frame& frame = map.at(keyframe).frame;
   Observation observation = frame[feature];
   const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
@@ -35,17 +36,33 @@ bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int fea
                          refinement, observation)) {
     map.set_measurement(keyframe, feature, observation.pixel, observation.sigma);
   }
+}
+
+}  // namespace
+
+bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int feature,
+                     const PatchRefinementOptions& refinement) {
+  if (!map.observe(landmark, keyframe, feature)) return false;
+  refine_joined(map, landmark, keyframe, feature, refinement);
   return true;
 }
 
-bool fuse_checked(Map& map, LandmarkId a, LandmarkId b, const WeightingOptions& weighting,
-                  double chi2) {
+bool fuse_checked(Map& map, LandmarkId a, LandmarkId b, const LandmarkCreationOptions& options) {
   const Landmark* kept = map.find(a);
   const Landmark* gone = map.find(b);
   if (!kept || !gone || a == b) return false;
   if (kept->observations.size() < gone->observations.size()) std::swap(kept, gone);
-  if (!fits_observations(map, kept->position, *gone, weighting, chi2)) return false;
-  map.fuse(gone->id, kept->id);
+  if (!fits_observations(map, kept->position, *gone, options.weighting, options.chi2)) {
+    return false;
+  }
+  const LandmarkId id = kept->id;
+  const auto moved = gone->observations;
+  map.fuse(gone->id, id);
+  for (const auto& [keyframe, feature] : moved) {
+    if (map.at(keyframe).frame[feature].landmark == id) {
+      refine_joined(map, id, keyframe, feature, options.refinement);
+    }
+  }
   return true;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "rover/map/map.h"
-#include "rover/optimization/map_adjustment.h"
+#include "rover/mapping/triangulator.h"
 
 namespace rover {
 
@@ -18,8 +18,8 @@ bool fits_observations(const Map& map, const Eigen::Vector3d& point, const Landm
 bool observe_refined(Map& map, LandmarkId landmark, KeyframeId keyframe, int feature,
                      const PatchRefinementOptions& refinement);
 
-// Fuses two landmarks into the one seen more often, if it fits the other's observations.
-bool fuse_checked(Map& map, LandmarkId a, LandmarkId b, const WeightingOptions& weighting,
-                  double chi2);
+// Fuses two landmarks into the one seen more often, if it fits the other's observations; these are
+// refined anew, where images are at hand.
+bool fuse_checked(Map& map, LandmarkId a, LandmarkId b, const LandmarkCreationOptions& options);
 
 }  // namespace rover

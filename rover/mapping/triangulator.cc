@@ -163,7 +163,7 @@ TriangulationCounts apply_matches(Map& map, KeyframeId keyframe, const Neighbour
     const LandmarkId landmark_a = map.at(keyframe).frame[a].landmark;
     const LandmarkId landmark_b = map.at(neighbour).frame[b].landmark;
     if (landmark_a.valid() && landmark_b.valid()) {
-      counts.fused += fuse_checked(map, landmark_a, landmark_b, options.weighting, options.chi2);
+      counts.fused += fuse_checked(map, landmark_a, landmark_b, options);
     } else if (landmark_a.valid()) {
       join(landmark_a, neighbour, b);
     } else if (landmark_b.valid()) {

@@ -20,7 +20,8 @@ void SlantOptions::check() const {
           "slant: min_correlation must be in [0, 1), not {}", min_correlation);
   require(information_share > 0 && information_share <= 1,
           "slant: information_share must be above 0 and at most 1, not {}", information_share);
-  require(min_sigma > 0, "slant: min_sigma must be positive, not {}", min_sigma);
+  require(min_sigma > 0 && min_contrast > 0,
+          "slant: min_sigma {} and min_contrast {} must be positive", min_sigma, min_contrast);
 }
 
 namespace {
@@ -53,7 +54,7 @@ class SlantAlignment {
     Eigen::Vector2f place = initial, slant = before_.mean;
     for (int i = 0; i < options_.max_iterations; ++i) {
       const auto sums = sum(place, slant);
-      if (!sums) return std::nullopt;
+      if (!sums || !has_contrast(*sums)) return std::nullopt;
       const Vector6d step = solve(*sums, slant);
       place += step.head<2>().cast<float>();
       slant += step.segment<2>(2).cast<float>();
@@ -71,8 +72,10 @@ class SlantAlignment {
     const Eigen::Matrix2f warp = warp_.at(slant);
     const int half = options_.half_window;
     const float reach = static_cast<float>(half) * warp.cwiseAbs().rowwise().sum().maxCoeff();
-    if (!(place.minCoeff() >= reach && place.x() + reach + 1 < static_cast<float>(image_.cols) &&
-          place.y() + reach + 1 < static_cast<float>(image_.rows))) {
+    const float margin = reach + 0.01f;  // samples are rounded one by one
+    if (!(warp.allFinite() && place.minCoeff() >= margin &&
+          place.x() + margin + 1 < static_cast<float>(image_.cols) &&
+          place.y() + margin + 1 < static_cast<float>(image_.rows))) {
       return std::nullopt;
     }
     constexpr int kSize = ReferencePatch::kSize, kCentre = kSize / 2;
@@ -105,7 +108,12 @@ class SlantAlignment {
     return row;
   }
 
-  // Of a sample, gray levels squared, less what its neighbours say too.
+  bool has_contrast(const Squares& sums) const {
+    const float least = options_.min_contrast * options_.min_contrast * sums(kOne, kOne);
+    return covariance(sums, kPatch, kPatch) >= least && covariance(sums, kImage, kImage) >= least;
+  }
+
+  // Of a sample, gray levels squared; larger than the residual's, as neighbours err alike.
   double variance(const Squares& sums) const {
     constexpr double kSensor = 1;  // noise and rounding
     const double unexplained = 1 - std::pow(correlation(sums), 2);
@@ -129,13 +137,32 @@ class SlantAlignment {
 
   std::optional<Slant> accept(const Squares& sums, const Eigen::Vector2f& slant) const {
     if (!(correlation(sums) >= options_.min_correlation)) return std::nullopt;
-    const Eigen::Matrix2d covariance = information(sums).inverse().block<2, 2>(2, 2);
-    const Eigen::Matrix2f seen = covariance.inverse().cast<float>();
-    if (!seen.allFinite()) return std::nullopt;
-    Slant known{slant, before_.information + seen};
-    const float most = options_.min_sigma * options_.min_sigma * known.information.trace() / 2;
-    if (most > 1) known.information /= most;
-    return known;
+    const Eigen::Matrix2f known = before_.information + seen_of_slant(sums);
+    if (!known.allFinite()) return std::nullopt;
+    return Slant{slant, limited(known)};
+  }
+
+  // What the samples say of the slant alone: place, gain and bias are free, the place within
+  // max_shift.
+  Eigen::Matrix2f seen_of_slant(const Squares& sums) const {
+    Matrix6d all = information(sums);
+    all.topLeftCorner<2, 2>().diagonal().array() += 1 / std::pow(options_.max_shift, 2);
+    Eigen::Matrix4d others;
+    others << all.block<2, 2>(0, 0), all.block<2, 2>(0, 4), all.block<2, 2>(4, 0),
+        all.block<2, 2>(4, 4);
+    Eigen::Matrix<double, 2, 4> between;
+    between << all.block<2, 2>(2, 0), all.block<2, 2>(2, 4);
+    const Eigen::Matrix2d explained = between * others.ldlt().solve(between.transpose());
+    return (all.block<2, 2>(2, 2) - explained).cast<float>();
+  }
+
+  // No direction is known better than to min_sigma.
+  Eigen::Matrix2f limited(const Eigen::Matrix2f& information) const {
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> eigen;
+    eigen.computeDirect(information);
+    const float most = 1 / (options_.min_sigma * options_.min_sigma);
+    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMin(most).asDiagonal() *
+           eigen.eigenvectors().transpose();
   }
 
   const ReferencePatch& patch_;

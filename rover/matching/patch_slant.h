@@ -10,8 +10,9 @@
 
 namespace rover {
 
-// How the small plane that a patch shows leans: the tangents of the angles between its normal and
-// the patch's central ray, towards the patch's right and down. Zero: it faces the camera.
+// How the small plane that a patch shows leans: the tangents of the angles between its normal (the
+// one that points away from the camera) and the patch's central ray, towards the patch's right and
+// down. Zero: it faces the camera.
 struct Slant {
   static constexpr float kPriorSigma = 0.7f;  // 35 degrees: of a surface that nothing is known of
 
@@ -38,10 +39,11 @@ struct SlantOptions {
   float max_shift = 1.0f;      // px from the initial place; farther: not converged
   float max_slant = 2.5f;      // 68 degrees; more: not seen as a plane
   float min_correlation = 0.8f;  // normalised cross-correlation at the end
+  float min_contrast = 2.0f;  // gray levels, standard deviation of patch and image: less is noise
   // Of the information that samples with independent errors would give. What does not fit is mostly
   // relief, not noise: alike in neighbouring samples, and in the next view.
   float information_share = 0.1f;
-  float min_sigma = 0.05f;  // no patch is as flat as to lean by one angle more exactly than that
+  float min_sigma = 0.05f;  // no patch is as flat as to lean by one angle known better than that
 
   void check() const;
 };

@@ -67,6 +67,15 @@ TEST(UpdateSlant, FindsHowASurfaceLeans) {
   EXPECT_GE(found, 190);
 }
 
+// The same surface from above instead of from the side.
+SlantedWarp view_from_above() {
+  SlantedWarp warp;
+  warp.facing << 1.03f, -0.02f, 0.03f, 0.97f;
+  warp.per_slant[0] << 0, 0, -0.2f, 0;
+  warp.per_slant[1] << 0, 0, 0, -0.2f;
+  return warp;
+}
+
 // What is learned from one view makes the place in another one exact.
 TEST(UpdateSlant, MakesPlacesExact) {
   const Eigen::Vector2f slant(0.9f, -0.6f);
@@ -74,13 +83,13 @@ TEST(UpdateSlant, MakesPlacesExact) {
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const View view = make_view(seed, side_view(), slant);
-    const Eigen::Vector2f start = view.place.cast<float>();
-    const auto updated = update_slant(view.patch, view.image, start, side_view(), {}, {});
+    const auto updated =
+        update_slant(view.patch, view.image, view.place.cast<float>(), side_view(), {}, {});
     if (!updated) continue;
-    const View other = make_view(seed, side_view(0.25), slant);
+    const View other = make_view(seed, view_from_above(), slant);
     const Eigen::Vector2f there = other.place.cast<float>();
     const auto place = [&](const Eigen::Vector2f& known) {
-      return refine_position(other.patch, other.image, there, side_view(0.25).at(known), {});
+      return refine_position(other.patch, other.image, there, view_from_above().at(known), {});
     };
     const auto before = place({0, 0}), after = place(updated->mean);
     ASSERT_TRUE(after) << seed;
@@ -89,9 +98,47 @@ TEST(UpdateSlant, MakesPlacesExact) {
     slanted += (after->position - there).squaredNorm();
     ++count;
   }
-  EXPECT_GT(count, 20);
-  EXPECT_LT(std::sqrt(slanted / count), 0.06);
+  EXPECT_GT(count, 60);
+  EXPECT_LT(std::sqrt(slanted / count), 0.08);
   EXPECT_LT(slanted, 0.1 * facing);
+}
+
+// Errors over what is stated have variance 1. White noise alone asks for a share of a quarter:
+// there is as much of it in the patch, and interpolation hides some of it from the residual.
+TEST(UpdateSlant, StatesWhatItKnows) {
+  SlantOptions options;
+  options.information_share = 0.25f;
+  options.min_sigma = 1e-3f;
+  const Slant vague{{0, 0}, 1e-3f * Eigen::Matrix2f::Identity()};
+  const Eigen::Vector2f slant(0.3f, -0.2f);
+  double square = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const View view = make_view(seed, side_view(), slant, 6);
+    const auto updated =
+        update_slant(view.patch, view.image, view.place.cast<float>(), side_view(), vague, options);
+    if (!updated) continue;
+    const Eigen::Vector2f error = updated->mean - slant;
+    square += error.dot(updated->information * error) / 2;
+    ++count;
+  }
+  EXPECT_GT(count, 150);
+  EXPECT_GT(square / count, 0.6);
+  EXPECT_LT(square / count, 1.7);
+}
+
+TEST(UpdateSlant, CapsEachDirectionByItself) {
+  const View view = make_view(2, side_view(), {0, 0});
+  const Slant before{{0, 0}, Eigen::Vector2f(390, 2).asDiagonal()};
+  SlantOptions options;
+  options.information_share = 1e-3f;
+  const auto updated =
+      update_slant(view.patch, view.image, view.place.cast<float>(), side_view(), before, options);
+  ASSERT_TRUE(updated);
+  const Eigen::Vector2f known =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f>(updated->information).eigenvalues();
+  EXPECT_GE(known.x(), 2 * 0.999f);
+  EXPECT_LE(known.y(), 400 * 1.001f);
 }
 
 TEST(UpdateSlant, KeepsToWhatIsKnownWhereAViewSaysLittle) {
@@ -102,7 +149,6 @@ TEST(UpdateSlant, KeepsToWhatIsKnownWhereAViewSaysLittle) {
       update_slant(view.patch, view.image, view.place.cast<float>(), side_view(0.05), known, {});
   ASSERT_TRUE(updated);
   EXPECT_LT((updated->mean - known.mean).norm(), 0.1f);
-  EXPECT_LE(updated->information.trace() / 2, 400 * 1.001f);  // never better than min_sigma
   EXPECT_FALSE(
       update_slant(view.patch, view.image, view.place.cast<float>(), side_view(0.02), known, {}))
       << "no leverage";

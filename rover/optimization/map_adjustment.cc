@@ -127,12 +127,11 @@ void move_newcomers(Map& map, const MapProblem& problem, double scale) {
 }  // namespace
 
 void WeightingOptions::check() const {
-  require(model_sigma >= 0 && model_sigma < 100, "weighting.model_sigma is {}; use 0 to 100 px",
-          model_sigma);
-  require(detection_sigma >= 0 && detection_sigma < 100,
-          "weighting.detection_sigma is {}; use 0 to 100 px", detection_sigma);
-  require(disparity_sigma >= 0 && disparity_sigma < 100,
-          "weighting.disparity_sigma is {}; use 0 to 100 px", disparity_sigma);
+  require(model_sigma >= 0 && model_sigma < 100, "model_sigma is {}; use 0 to 100 px", model_sigma);
+  require(detection_sigma >= 0 && detection_sigma < 100, "detection_sigma is {}; use 0 to 100 px",
+          detection_sigma);
+  require(disparity_sigma >= 0 && disparity_sigma < 100, "disparity_sigma is {}; use 0 to 100 px",
+          disparity_sigma);
 }
 
 double effective_sigma(const Observation& observation, const WeightingOptions& weighting) {

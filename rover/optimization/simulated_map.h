@@ -111,6 +111,7 @@ class SimulatedMap {
         points_.push_back(static_cast<std::size_t>(seen.point));
         frame.observations.push_back({{}, seen.pixel.cast<float>(), sigma, false, false});
         features->positions.push_back(seen.pixel.cast<float>());
+        features->sigmas.push_back(sigma);
         stereo->emplace_back();
         left_error = seen.pixel - exact_pixel(seen);
       } else if (!points_.empty() && points_.back() == static_cast<std::size_t>(seen.point)) {

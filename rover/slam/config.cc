@@ -117,11 +117,10 @@ ExtractorOptions ExtractionConfig::options() const {
 
 void StereoInertialConfig::check() const {
   require(huber > 0, "inertial.stereo_huber is {}; use a number above 0", huber);
-  for (const double sigma : {model_sigma, detection_sigma}) {
-    require(sigma >= 0 && sigma < 100,
-            "inertial.stereo_model_sigma or inertial.stereo_detection_sigma is {}; use 0 to 100 px",
-            sigma);
-  }
+  require(model_sigma >= 0 && model_sigma < 100,
+          "inertial.stereo_model_sigma is {}; use 0 to 100 px", model_sigma);
+  require(detection_sigma >= 0 && detection_sigma < 100,
+          "inertial.stereo_detection_sigma is {}; use 0 to 100 px", detection_sigma);
 }
 
 void Config::check() const {
@@ -144,19 +143,19 @@ void Config::check() const {
   final_adjustment.check();
 }
 
-void Config::use_stereo_inertial() {
-  mapping.adjustment.huber = stereo_inertial.huber;
-  mapping.inertial.adjustment.huber = stereo_inertial.huber;
-  final_adjustment.huber = stereo_inertial.huber;
-  weighting.model_sigma = stereo_inertial.model_sigma;
-  weighting.detection_sigma = stereo_inertial.detection_sigma;
-}
-
-void Config::distribute(const GuidedMatchingOptions& guided) {
-  tracking.weighting = weighting;
+void Config::distribute(const GuidedMatchingOptions& guided, bool is_stereo_inertial) {
+  WeightingOptions used = weighting;
+  if (is_stereo_inertial) {
+    used.model_sigma = stereo_inertial.model_sigma;
+    used.detection_sigma = stereo_inertial.detection_sigma;
+    mapping.adjustment.huber = stereo_inertial.huber;
+    mapping.inertial.adjustment.huber = stereo_inertial.huber;
+    final_adjustment.huber = stereo_inertial.huber;
+  }
+  tracking.weighting = used;
   tracking.refinement = refinement;
   tracking.search.guided = guided;
-  mapping.creation.weighting = weighting;
+  mapping.creation.weighting = used;
   mapping.creation.refinement = refinement;
 }
 

@@ -32,15 +32,16 @@ enum class Execution {
   kConcurrent,  // mapping runs on a thread of its own
 };
 
-// What stereo-inertial mode has in place of the others' values, in mapping's and the final
-// adjustments. Not monocular-inertial: what vision says more sharply there, of a map's shape,
-// leaves slow errors of inertial data no way out but the scale (docs/results.md).
+// What stereo-inertial mode has in place of the others' values. Not monocular-inertial: what vision
+// says more sharply there, of a map's shape, leaves slow errors of inertial data no way out but the
+// scale (docs/results.md).
 struct StereoInertialConfig {
-  // BundleOptions::huber. Most observations are off by far less than the weighting says, some by
-  // far more that are no outliers yet (features on outlines, patches seen at an angle): close to
-  // least deviations, the many are not pulled by the few.
+  // BundleOptions::huber, of mapping's and the final adjustments. Most observations are off by far
+  // less than the weighting says, some by far more that are no outliers yet (features on outlines,
+  // patches seen at an angle): close to least deviations, the many are not pulled by the few.
   double huber = 0.6;
-  // WeightingOptions, in tracking too: what is measured of observations (docs/matching.md).
+  // WeightingOptions, of all stages; gates scale with them. Between the median and the tail of what
+  // observations are off by (docs/matching.md).
   double model_sigma = 0.3, detection_sigma = 0.8;  // px
 
   void check() const;
@@ -71,10 +72,8 @@ struct Config {
 
   Config();
   void check() const;
-  // Sets what differs in stereo-inertial mode.
-  void use_stereo_inertial();
   // Hands the options that several stages share, and the family's thresholds, to each stage.
-  void distribute(const GuidedMatchingOptions& guided);
+  void distribute(const GuidedMatchingOptions& guided, bool is_stereo_inertial);
 };
 
 // Sets what a YAML file says; other settings stay. Unknown keys, values of the wrong kind and

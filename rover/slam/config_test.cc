@@ -180,8 +180,9 @@ TEST(Config, StereoInertialHasItsOwnWeighting) {
   Config config;
   config.stereo_inertial.model_sigma = 0.375;
   config.stereo_inertial.huber = 1.5;
-  config.use_stereo_inertial();
-  config.distribute({});
+  const auto given = list_config(config);
+  config.distribute({}, true);
+  EXPECT_EQ(list_config(config), given) << "for another mode";
   EXPECT_EQ(config.tracking.weighting.model_sigma, 0.375);
   EXPECT_EQ(config.mapping.creation.weighting.detection_sigma,
             config.stereo_inertial.detection_sigma);
@@ -195,7 +196,7 @@ TEST(Config, HandsSharedOptionsToTheStages) {
   config.refinement.half_window = 4;
   GuidedMatchingOptions guided;
   guided.min_similarity = 0.625f;
-  config.distribute(guided);
+  config.distribute(guided, false);
   EXPECT_EQ(config.tracking.weighting.model_sigma, 0.875);
   EXPECT_EQ(config.mapping.creation.weighting.model_sigma, 0.875);
   EXPECT_EQ(config.tracking.refinement.half_window, 4);

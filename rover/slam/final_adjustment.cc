@@ -6,14 +6,14 @@ namespace rover {
 namespace {
 
 void adjust_visually(SharedMap& shared, const Config& config) {
-  MapProblem problem = gather_whole_map(*shared.view(), config.weighting);
+  MapProblem problem = gather_whole_map(*shared.view(), config.mapping.creation.weighting);
   const BundleSummary summary = adjust(problem, config.final_adjustment);
   shared.commit([&](Map& map) { commit_adjustment(map, problem, summary); });
 }
 
 void adjust_with_inertia(SharedMap& shared, const Config& config) {
   InertialMapProblem problem =
-      gather_newest(*shared.view(), config.max_finally_adjusted, config.weighting);
+      gather_newest(*shared.view(), config.max_finally_adjusted, config.mapping.creation.weighting);
   const auto summary = adjust_inertial_bundle(
       problem.inertial, {.bundle = config.final_adjustment, .scale_sigma = true});
   InertialStatus status = shared.view()->inertial();

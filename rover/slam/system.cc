@@ -69,13 +69,12 @@ class System::Implementation {
             is_stereo(mode) ? "stereo" : "mono");
     if (is_inertial(mode)) imu_ = imu;
     config_.mapping.is_inertial = is_inertial(mode);
-    if (mode == Mode::kStereoInertial) config_.use_stereo_inertial();
     rig_ = std::make_shared<const Rig>(cameras_for(rig, mode));
     runtime_ = std::make_unique<Runtime>(config_.runtime);
     const Config scaled = with_scaled_counts(config_, rig_->cameras[0]);
     family_ = make_feature_family(config_.family, *runtime_, scaled.extraction.options());
     frame_options_ = scaled.frame;
-    config_.distribute(family_.guided);
+    config_.distribute(family_.guided, mode == Mode::kStereoInertial);
     reset();
   }
 

@@ -42,7 +42,7 @@ FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
     if (const Landmark* landmark = map.find(frame[i].landmark)) {
       gathered.add(frame, i, landmark->position, true, weighting);
     } else {
-      frame[i].landmark = {};
+      frame.unjoin(i);
     }
   }
   for (const auto& [point, feature] : temporary) {
@@ -55,7 +55,7 @@ FramePose solve_frame_pose_with(const PoseSolver& solve, const Map& map,
   for (std::size_t i = 0; i < gathered.features.size(); ++i) {
     if (gathered.observations[i].camera != 0) continue;
     const bool inlier = result.estimate.inliers[i];
-    if (gathered.is_landmark[i] && !inlier) frame[gathered.features[i]].landmark = {};
+    if (gathered.is_landmark[i] && !inlier) frame.unjoin(gathered.features[i]);
     (gathered.is_landmark[i] ? result.landmarks : result.temporary) += inlier;
   }
   return result;

@@ -22,7 +22,7 @@ void RelocalizationOptions::check() const {
 }
 
 void clear_landmarks(Frame& frame) {
-  for (Observation& observation : frame.observations) observation.landmark = {};
+  for (int i = 0; i < frame.size(); ++i) frame.unjoin(i);
 }
 
 std::vector<Match> match_known(const Matcher& matcher, const Frame& known, const Frame& frame,
@@ -94,7 +94,7 @@ bool Relocalizer::solve_absolute_pose(const Map& map, Frame& frame) const {
   std::vector<char> is_inlier(features.size());
   for (const int i : pose->inliers) is_inlier[static_cast<std::size_t>(i)] = 1;
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (!is_inlier[i]) frame[features[i]].landmark = {};
+    if (!is_inlier[i]) frame.unjoin(features[i]);
   }
   return true;
 }

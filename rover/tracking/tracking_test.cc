@@ -213,10 +213,12 @@ TEST(Relocalizer, BearsWrongMatches) {
   const Map map = test_map(5, kPoints);
   Frame frame = seen_from(map, pose_at(0.5, -0.2));
   Random random(3);
-  for (int i = 0; i < 40; ++i) {
-    frame[i].pixel = {static_cast<float>(random.uniform(0, 640)),
-                      static_cast<float>(random.uniform(0, 480))};
+  auto features = std::make_shared<FeatureSet>(*frame.features);
+  for (std::size_t i = 0; i < 40; ++i) {
+    features->positions[i] = {static_cast<float>(random.uniform(0, 640)),
+                              static_cast<float>(random.uniform(0, 480))};
   }
+  frame.features = features;
   ASSERT_TRUE(relocalizer().locate(map, {2}, frame));
   EXPECT_LT(distance(frame.world_from_body, pose_at(0.5, -0.2)), 1e-3);
   EXPECT_GE(frame.landmark_count(), 60);

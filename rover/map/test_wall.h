@@ -34,7 +34,7 @@ class Wall {
   cv::Mat seen_from(const SE3& reference_from_camera, std::uint64_t seed) const {
     constexpr double kTexels = 125;  // per m: one pixel at 2 m
     return texture_.render(
-        {200, 160},
+        {kWallCamera.width(), kWallCamera.height()},
         [&](const Eigen::Vector2d& pixel) {
           const Eigen::Vector3d at = hit(reference_from_camera, pixel) - kWallPoint;
           return Eigen::Vector2d(kTexels * along_.dot(at), kTexels * up_.dot(at));

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "rover/base/error.h"
+#include "rover/matching/bilinear.h"
 #include "rover/matching/kernels.h"
 
 namespace rover {
@@ -88,10 +89,7 @@ bool warp_patch(const ReferencePatch& patch, const Eigen::Matrix2f& patch_from_i
     for (int c = -half; c <= half; ++c, at += step) {
       const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
       const float fx = at.x() - static_cast<float>(x), fy = at.y() - static_cast<float>(y);
-      const std::uint8_t* p = &patch.pixels[y * kSize + x];
-      const float p00 = p[0], p01 = p[1], p10 = p[kSize], p11 = p[kSize + 1];
-      const float upper = p00 + fx * (p01 - p00), lower = p10 + fx * (p11 - p10);
-      *samples++ = upper + fy * (lower - upper);
+      *samples++ = BilinearCell(&patch.pixels[y * kSize + x], kSize, fx, fy).value();
     }
   }
   return true;

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "rover/base/error.h"
+#include "rover/matching/bilinear.h"
 
 namespace rover {
 
@@ -33,6 +34,7 @@ constexpr int kUnknowns = 6, kPatch = 4, kOne = 5, kImage = 6, kColumns = 8;
 using Row = Eigen::Matrix<float, kColumns, 1>;
 using Squares = Eigen::Matrix<float, kColumns, kColumns>;  // sums of row * row^T
 using Matrix6d = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Matrix67d = Eigen::Matrix<double, kUnknowns, kImage + 1>;
 using Vector6d = Eigen::Matrix<double, kUnknowns, 1>;
 
 float covariance(const Squares& sums, int a, int b) {
@@ -95,16 +97,13 @@ class SlantAlignment {
     constexpr float kMiddle = 128;  // gray level: keeps the sums small
     const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
     const float fx = at.x() - static_cast<float>(x), fy = at.y() - static_cast<float>(y);
-    const auto* upper = image_.ptr<std::uint8_t>(y) + x;
-    const auto* lower = image_.ptr<std::uint8_t>(y + 1) + x;
-    const float p00 = upper[0], p01 = upper[1], p10 = lower[0], p11 = lower[1];
-    const float top = p00 + fx * (p01 - p00), bottom = p10 + fx * (p11 - p10);
-    const Eigen::Vector2f gradient((1 - fy) * (p01 - p00) + fy * (p11 - p10), bottom - top);
+    const BilinearCell cell(image_.ptr<std::uint8_t>(y) + x, image_.step[0], fx, fy);
+    const Eigen::Vector2f gradient = cell.gradient();
     const Eigen::Vector2f moved_right = warp_.per_slant[0] * offset;
     const Eigen::Vector2f moved_down = warp_.per_slant[1] * offset;
     Row row;
     row << gradient.x(), gradient.y(), gradient.dot(moved_right), gradient.dot(moved_down),
-        reference - kMiddle, 1, top + fy * (bottom - top) - kMiddle, 0;
+        reference - kMiddle, 1, cell.value() - kMiddle, 0;
     return row;
   }
 
@@ -122,13 +121,15 @@ class SlantAlignment {
            options_.information_share;
   }
 
-  Matrix6d information(const Squares& sums) const {
-    return sums.topLeftCorner<kUnknowns, kUnknowns>().cast<double>() / variance(sums);
+  // Left side and right side (with its sign turned, the last column) of the normal equation.
+  Matrix67d equation(const Squares& sums) const {
+    return sums.topLeftCorner<kUnknowns, kImage + 1>().cast<double>() / variance(sums);
   }
 
   Vector6d solve(const Squares& sums, const Eigen::Vector2f& slant) const {
-    Matrix6d left = information(sums);
-    Vector6d right = -sums.col(kImage).head<kUnknowns>().cast<double>() / variance(sums);
+    const Matrix67d samples = equation(sums);
+    Matrix6d left = samples.leftCols<kUnknowns>();
+    Vector6d right = -samples.col(kImage);
     const Eigen::Matrix2d prior = before_.information.cast<double>();
     left.block<2, 2>(2, 2) += prior;
     right.segment<2>(2) += prior * (before_.mean - slant).cast<double>();
@@ -145,7 +146,7 @@ class SlantAlignment {
   // What the samples say of the slant alone: place, gain and bias are free, the place within
   // max_shift.
   Eigen::Matrix2f seen_of_slant(const Squares& sums) const {
-    Matrix6d all = information(sums);
+    Matrix6d all = equation(sums).leftCols<kUnknowns>();
     all.topLeftCorner<2, 2>().diagonal().array() += 1 / std::pow(options_.max_shift, 2);
     Eigen::Matrix4d others;
     others << all.block<2, 2>(0, 0), all.block<2, 2>(0, 4), all.block<2, 2>(4, 0),

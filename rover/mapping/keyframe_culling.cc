@@ -15,10 +15,16 @@ bool is_recent(const Map& map, KeyframeId candidate, KeyframeId newest, int wind
   return false;
 }
 
+bool leans_on_inertia(const Map& map, KeyframeId candidate, const CullingGaps& gaps) {
+  return map.rig().size() == 1 ||
+         static_cast<int>(map.landmarks_of(candidate).size()) < gaps.sparse_landmarks;
+}
+
 }  // namespace
 
 void CullingGaps::check() const {
-  require(recent > 0 && old >= recent, "mapping.recent_gap must be positive and at most old_gap");
+  require(close > 0 && recent >= close && old >= recent,
+          "mapping.short_gap must be positive, at most recent_gap, and that at most old_gap");
   require(settled > 0, "mapping.settled_after is {}; use a positive number of seconds", settled);
 }
 
@@ -30,6 +36,7 @@ bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const C
   if (aligned && seconds_between(keyframe.frame.time, now) > gaps.settled) return false;
   const double gap =
       seconds_between(map.at(keyframe.previous).frame.time, map.at(keyframe.next).frame.time);
+  if (leans_on_inertia(map, candidate, gaps)) return gap > gaps.close;
   const bool recent = !aligned || is_recent(map, candidate, newest, gaps.window);
   return gap > (recent ? gaps.recent : gaps.old);
 }

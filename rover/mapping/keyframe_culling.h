@@ -12,8 +12,12 @@ bool is_redundant(const Map& map, KeyframeId candidate, KeyframeId newest, doubl
 // How far apart in time culling may leave keyframes, s: inertial data say less the longer they are
 // integrated.
 struct CullingGaps {
-  double recent = 0.5;  // between keyframes of the last `window` in time
-  double old = 3;       // between others ...
+  // Where more hangs on inertial data: with one camera, whose scale they alone tell, and at
+  // keyframes with few landmarks.
+  double close = 0.3;
+  int sparse_landmarks = 100;  // fewer are few
+  double recent = 0.5;         // between keyframes of the last `window` in time
+  double old = 3;              // between others ...
   double settled = 60;  // ... that are not older than this, s: so long ago, vision alone holds them
   int window = 15;
 

@@ -73,11 +73,14 @@ void add_inertial(Config& c, ConfigFields& fields) {
   InitializationOptions& i = m.initialization;
   StillnessOptions& s = c.tracking.still;
   fields.insert(fields.end(),
-                {{"keyframe.max_gap_waiting", &c.tracking.keyframe.max_gap_waiting},
+                {{"keyframe.short_gap", &c.tracking.keyframe.short_gap},
+                 {"keyframe.sparse_landmarks", &c.tracking.keyframe.sparse_landmarks},
                  {"keyframe.fading_gap", &c.tracking.keyframe.fading_gap},
                  {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
                  {"keyframe.moving_parallax", &c.tracking.keyframe.moving_parallax},
                  {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},
+                 {"mapping.short_gap", &c.mapping.gaps.close},
+                 {"mapping.sparse_landmarks", &c.mapping.gaps.sparse_landmarks},
                  {"mapping.recent_gap", &c.mapping.gaps.recent},
                  {"mapping.old_gap", &c.mapping.gaps.old},
                  {"mapping.settled_after", &c.mapping.gaps.settled},

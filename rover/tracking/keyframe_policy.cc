@@ -53,10 +53,14 @@ bool is_hasty(const KeyframeEvidence& evidence, const KeyframePolicyOptions& opt
          evidence.seconds_since_keyframe < options.fading_gap - kTolerance;
 }
 
+bool leans_on_inertia(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  return !evidence.settled || !evidence.stereo || evidence.inliers < options.sparse_landmarks;
+}
+
 // Inertial data say less the longer they are integrated.
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   if (!evidence.inertial) return false;
-  const double gap = evidence.settled ? options.max_gap : options.max_gap_waiting;
+  const double gap = leans_on_inertia(evidence, options) ? options.short_gap : options.max_gap;
   return evidence.seconds_since_keyframe > gap - kTolerance;
 }
 
@@ -67,8 +71,8 @@ void KeyframePolicyOptions::check() const {
           "keyframe.min_tracked_share is {}; use a share between 0 and 1", min_tracked_share);
   require(max_parallax > 0 && max_rotation > 0,
           "keyframe.max_parallax and max_rotation must be positive");
-  require(max_gap_waiting > 0 && max_gap > 0 && fading_gap >= 0,
-          "keyframe.max_gap_waiting and max_gap must be positive, fading_gap not negative");
+  require(short_gap > 0 && max_gap >= short_gap && fading_gap >= 0,
+          "keyframe.short_gap must be positive and at most max_gap, fading_gap not negative");
   require(min_inliers >= 4, "keyframe.min_inliers is {}; use 4 or more", min_inliers);
 }
 

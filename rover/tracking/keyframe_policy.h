@@ -17,8 +17,12 @@ struct KeyframePolicyOptions {
   int min_inliers = 5;             // fewer: no keyframe, the pose is not sure enough
   int min_gap = 1;                 // frames between keyframes when the reason is not urgent
   // Inertial modes: while the body moves, keyframes are no farther apart than this.
-  double max_gap_waiting = 0.25;  // s, until the map is aligned and its scale certain
-  double max_gap = 0.5;           // s, afterwards
+  double max_gap = 0.5;  // s
+  // Where more hangs on inertial data, which say most about accelerations of 1 Hz and faster: with
+  // one camera, until the map is aligned and its scale certain, and where few landmarks are
+  // tracked.
+  double short_gap = 0.25;     // s
+  int sparse_landmarks = 100;  // fewer are few
   // Afterwards, where few landmarks are tracked, they are no closer together than this: the window
   // of the adjustment would reach back over too short a time.
   double fading_gap = 0.15;    // s

@@ -73,15 +73,35 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
   KeyframeEvidence evidence = quiet();
   evidence.seconds_since_keyframe = 0.5;
   EXPECT_FALSE(wants_keyframe(evidence, options));
-  evidence.inertial = evidence.settled = true;
+  evidence.inertial = evidence.settled = evidence.stereo = true;
   EXPECT_TRUE(wants_keyframe(evidence, options));
   evidence.seconds_since_keyframe = 0.45;
   EXPECT_FALSE(wants_keyframe(evidence, options));
-  evidence.settled = false;  // to find gravity and scale takes keyframes closer together
-  EXPECT_TRUE(wants_keyframe(evidence, options));
   evidence.parallax = evidence.rotation = 0.5;  // standing still
   evidence.seconds_since_keyframe = 30;
   EXPECT_FALSE(wants_keyframe(evidence, options));
+}
+
+TEST(KeyframePolicy, WhatHangsOnInertialDataTakesKeyframesCloserTogether) {
+  KeyframePolicyOptions options;
+  options.sparse_landmarks = 90;
+  KeyframeEvidence easy = quiet();
+  easy.inertial = easy.settled = easy.stereo = true;
+  easy.inliers = easy.reference_landmarks = options.sparse_landmarks;
+  easy.seconds_since_keyframe = options.short_gap;
+  EXPECT_FALSE(wants_keyframe(easy, options));
+  KeyframeEvidence uncertain = easy, mono = easy, sparse = easy;
+  uncertain.settled = false;
+  mono.stereo = false;
+  sparse.inliers = options.sparse_landmarks - 1;
+  for (KeyframeEvidence hard : {uncertain, mono, sparse}) {
+    EXPECT_TRUE(wants_keyframe(hard, options));
+    hard.seconds_since_keyframe = options.short_gap - 0.05;
+    EXPECT_FALSE(wants_keyframe(hard, options));
+    hard.seconds_since_keyframe = options.short_gap;
+    hard.inertial = false;
+    EXPECT_FALSE(wants_keyframe(hard, options));
+  }
 }
 
 TEST(KeyframePolicy, FadingLandmarksDoNotCrowdTheWindow) {

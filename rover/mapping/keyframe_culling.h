@@ -14,7 +14,7 @@ bool is_redundant(const Map& map, KeyframeId candidate, KeyframeId newest, doubl
 struct CullingGaps {
   // Where more hangs on inertial data: with one camera, whose scale they alone tell, and at
   // keyframes with few landmarks.
-  double close = 0.3;
+  double close = 0.2;
   int sparse_landmarks = 100;  // fewer are few
   double recent = 0.5;         // between keyframes of the last `window` in time
   double old = 3;              // between others ...

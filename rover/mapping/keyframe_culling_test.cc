@@ -58,7 +58,7 @@ TEST(KeyframeCulling, KeepsBothEnds) {
 
 TEST(KeyframeCulling, RefusesGapsThatMakeNoSense) {
   EXPECT_THROW((CullingGaps{.close = 0}.check()), InputError);
-  EXPECT_THROW((CullingGaps{.recent = 0.2}.check()), InputError);  // less than `close`
+  EXPECT_THROW((CullingGaps{.recent = 0.1}.check()), InputError);  // less than `close`
   EXPECT_THROW((CullingGaps{.recent = 2, .old = 1}.check()), InputError);
   EXPECT_THROW((CullingGaps{.settled = 0}.check()), InputError);
 }

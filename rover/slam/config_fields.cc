@@ -75,7 +75,7 @@ void add_inertial(Config& c, ConfigFields& fields) {
   fields.insert(fields.end(),
                 {{"keyframe.short_gap", &c.tracking.keyframe.short_gap},
                  {"keyframe.sparse_landmarks", &c.tracking.keyframe.sparse_landmarks},
-                 {"keyframe.fading_gap", &c.tracking.keyframe.fading_gap},
+                 {"keyframe.sparse_gap", &c.tracking.keyframe.sparse_gap},
                  {"keyframe.max_gap", &c.tracking.keyframe.max_gap},
                  {"keyframe.moving_parallax", &c.tracking.keyframe.moving_parallax},
                  {"keyframe.moving_rotation", &c.tracking.keyframe.moving_rotation},

@@ -50,18 +50,19 @@ bool is_staying(const KeyframeEvidence& evidence, const KeyframePolicyOptions& o
 // Where few landmarks are tracked; inertial data carry the pose on meanwhile.
 bool is_hasty(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
   return evidence.settled && evidence.inliers < options.min_landmarks &&
-         evidence.seconds_since_keyframe < options.fading_gap - kTolerance;
-}
-
-bool leans_on_inertia(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
-  return !evidence.settled || !evidence.stereo || evidence.inliers < options.sparse_landmarks;
+         evidence.seconds_since_keyframe < options.sparse_gap - kTolerance;
 }
 
 // Inertial data say less the longer they are integrated.
+double longest_gap(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
+  if (!evidence.settled) return options.short_gap;
+  if (evidence.inliers < options.sparse_landmarks) return options.sparse_gap;
+  return evidence.stereo ? options.max_gap : options.short_gap;
+}
+
 bool is_due(const KeyframeEvidence& evidence, const KeyframePolicyOptions& options) {
-  if (!evidence.inertial) return false;
-  const double gap = leans_on_inertia(evidence, options) ? options.short_gap : options.max_gap;
-  return evidence.seconds_since_keyframe > gap - kTolerance;
+  return evidence.inertial &&
+         evidence.seconds_since_keyframe > longest_gap(evidence, options) - kTolerance;
 }
 
 }  // namespace
@@ -71,8 +72,8 @@ void KeyframePolicyOptions::check() const {
           "keyframe.min_tracked_share is {}; use a share between 0 and 1", min_tracked_share);
   require(max_parallax > 0 && max_rotation > 0,
           "keyframe.max_parallax and max_rotation must be positive");
-  require(short_gap > 0 && max_gap >= short_gap && fading_gap >= 0,
-          "keyframe.short_gap must be positive and at most max_gap, fading_gap not negative");
+  require(sparse_gap >= 0 && short_gap > 0 && max_gap >= short_gap,
+          "keyframe.short_gap must be positive and at most max_gap, sparse_gap not negative");
   require(min_inliers >= 4, "keyframe.min_inliers is {}; use 4 or more", min_inliers);
 }
 

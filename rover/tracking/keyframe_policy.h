@@ -19,13 +19,13 @@ struct KeyframePolicyOptions {
   // Inertial modes: while the body moves, keyframes are no farther apart than this.
   double max_gap = 0.5;  // s
   // Where more hangs on inertial data, which say most about accelerations of 1 Hz and faster: with
-  // one camera, until the map is aligned and its scale certain, and where few landmarks are
-  // tracked.
-  double short_gap = 0.25;     // s
-  int sparse_landmarks = 100;  // fewer are few
-  // Afterwards, where few landmarks are tracked, they are no closer together than this: the window
-  // of the adjustment would reach back over too short a time.
-  double fading_gap = 0.15;    // s
+  // one camera, and until the map is aligned and its scale certain.
+  double short_gap = 0.25;  // s
+  // Afterwards, where fewer than sparse_landmarks are tracked. Nor are they closer together than
+  // this because the landmarks fade (min_landmarks): the window of the adjustment would reach back
+  // over too short a time.
+  double sparse_gap = 0.15;  // s
+  int sparse_landmarks = 100;
   double moving_parallax = 2;  // px since the reference keyframe: less is standing still ...
   double moving_rotation = 1;  // deg, likewise
 

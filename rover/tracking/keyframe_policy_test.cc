@@ -1,5 +1,8 @@
 #include "rover/tracking/keyframe_policy.h"
 
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "rover/base/error.h"
@@ -83,24 +86,26 @@ TEST(KeyframePolicy, InertialDataAreNotIntegratedForLong) {
 }
 
 TEST(KeyframePolicy, WhatHangsOnInertialDataTakesKeyframesCloserTogether) {
-  KeyframePolicyOptions options;
-  options.sparse_landmarks = 90;
+  const KeyframePolicyOptions options;
   KeyframeEvidence easy = quiet();
-  easy.inertial = easy.settled = easy.stereo = true;
   easy.inliers = easy.reference_landmarks = options.sparse_landmarks;
-  easy.seconds_since_keyframe = options.short_gap;
-  EXPECT_FALSE(wants_keyframe(easy, options));
+  easy.inertial = easy.settled = easy.stereo = true;
   KeyframeEvidence uncertain = easy, mono = easy, sparse = easy;
   uncertain.settled = false;
   mono.stereo = false;
-  sparse.inliers = options.sparse_landmarks - 1;
-  for (KeyframeEvidence hard : {uncertain, mono, sparse}) {
-    EXPECT_TRUE(wants_keyframe(hard, options));
-    hard.seconds_since_keyframe = options.short_gap - 0.05;
-    EXPECT_FALSE(wants_keyframe(hard, options));
-    hard.seconds_since_keyframe = options.short_gap;
-    hard.inertial = false;
-    EXPECT_FALSE(wants_keyframe(hard, options));
+  sparse.inliers -= 1;
+  const std::vector<std::pair<KeyframeEvidence, double>> cases{{easy, options.max_gap},
+                                                               {uncertain, options.short_gap},
+                                                               {mono, options.short_gap},
+                                                               {sparse, options.sparse_gap}};
+  for (auto [evidence, gap] : cases) {
+    evidence.seconds_since_keyframe = gap;
+    EXPECT_TRUE(wants_keyframe(evidence, options)) << gap;
+    evidence.seconds_since_keyframe = gap - 0.05;
+    EXPECT_FALSE(wants_keyframe(evidence, options)) << gap;
+    evidence.seconds_since_keyframe = gap;
+    evidence.inertial = false;
+    EXPECT_FALSE(wants_keyframe(evidence, options)) << gap;
   }
 }
 

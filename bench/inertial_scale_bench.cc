@@ -108,6 +108,8 @@ class Flight {
 
 void run(const std::string& ground_truth, const std::string& inertial,
          const MotionFitOptions& options) {
+  require(options.duration >= 10, "--duration is {} s; the scale takes 10 s or more",
+          options.duration);
   const std::vector<ImuSample> imu = read_imu_file(inertial);
   const FittedMotion fit = fit_motion(read_trajectory(ground_truth), imu, options);
   std::string header = "|", rule = "|", row = "|";

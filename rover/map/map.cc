@@ -249,13 +249,8 @@ std::vector<Covisibility> Map::observers(const std::vector<LandmarkId>& landmark
 }
 
 std::vector<LandmarkId> Map::landmarks_of(KeyframeId keyframe) const {
-  std::vector<LandmarkId> result;
   const Keyframe* observer = find(keyframe);
-  if (!observer) return result;
-  for (const auto& observation : observer->frame.observations) {
-    if (observation.landmark.valid()) result.push_back(observation.landmark);
-  }
-  return result;
+  return observer ? observer->frame.landmarks() : std::vector<LandmarkId>();
 }
 
 bool Map::is_supported(const Landmark& landmark) const {

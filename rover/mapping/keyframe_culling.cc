@@ -15,9 +15,8 @@ bool is_recent(const Map& map, KeyframeId candidate, KeyframeId newest, int wind
   return false;
 }
 
-bool leans_on_inertia(const Map& map, KeyframeId candidate, const CullingGaps& gaps) {
-  return map.rig().size() == 1 ||
-         static_cast<int>(map.landmarks_of(candidate).size()) < gaps.sparse_landmarks;
+bool leans_on_inertia(const Map& map, const Keyframe& keyframe, const CullingGaps& gaps) {
+  return map.rig().size() == 1 || keyframe.frame.landmark_count() < gaps.sparse_landmarks;
 }
 
 }  // namespace
@@ -36,7 +35,7 @@ bool leaves_gap(const Map& map, KeyframeId candidate, KeyframeId newest, const C
   if (aligned && seconds_between(keyframe.frame.time, now) > gaps.settled) return false;
   const double gap =
       seconds_between(map.at(keyframe.previous).frame.time, map.at(keyframe.next).frame.time);
-  if (leans_on_inertia(map, candidate, gaps)) return gap > gaps.close;
+  if (leans_on_inertia(map, keyframe, gaps)) return gap > gaps.close;
   const bool recent = !aligned || is_recent(map, candidate, newest, gaps.window);
   return gap > (recent ? gaps.recent : gaps.old);
 }

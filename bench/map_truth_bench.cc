@@ -20,10 +20,9 @@
 #include <fmt/format.h>
 
 #include "bench/command_line.h"
+#include "bench/finished_map.h"
 #include "bench/scene_truth.h"
 #include "rover/base/quantile.h"
-#include "rover/datasets/dataset.h"
-#include "rover/slam/system.h"
 
 namespace rover {
 namespace {
@@ -105,17 +104,14 @@ void run(const SimulatedSequence& sequence) {
   input.stereo = true;
   const auto dataset = open_dataset(input);
   System system(Config(), dataset->rig().in_camera_frame(), Mode::kStereo);
-  while (const auto frame = dataset->next()) {
-    if (ends_before(dataset->ground_truth(), frame->time)) break;
-    if (frame->usable()) system.add_images(frame->time, frame->images[0], frame->images[1]);
-  }
-  system.finish();
+  // The last image may lie beyond the last pose of the ground truth.
+  const Trajectory& poses = dataset->ground_truth();
+  require(!poses.empty(), "{}: no ground truth; use a sequence of rover simulate", sequence.path);
+  run_through(system, *dataset, poses.back().time);
   system.adjust_largest_map();
-  const auto largest = system.largest_map();
-  require(largest.has_value(), "{}: no map was begun; use a longer sequence", sequence.path);
-  const Map& map = *system.maps()[static_cast<std::size_t>(largest->value)];
+  const auto map = largest_map_of(system);
   const SceneTruth truth(sequence.make(), dataset->rig(), dataset->ground_truth());
-  print(Comparison(map, truth, dataset->rig()).run());
+  print(Comparison(*map, truth, dataset->rig()).run());
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ Judgement judge(const std::string& name, const Trajectory& estimate, const Traje
   const auto blind = find_blind_stretch(reference, estimate.front().time, estimate.back().time);
   result.rigid = judge_aligned(result, estimate, blind, AlignmentKind::kRigid);
   result.similarity = judge_aligned(result, estimate, blind, AlignmentKind::kSimilarity);
-  result.gravity = judge_aligned(result, estimate, blind, AlignmentKind::kGravity);
+  result.gravity = judge_aligned(result, estimate, blind, AlignmentKind::kUpright);
   return result;
 }
 

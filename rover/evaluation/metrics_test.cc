@@ -73,7 +73,7 @@ TEST(AbsoluteError, VanishesUnderTheRightAlignment) {
   const Sim3 turn(1, so3_exp({0, 0, 2}), {3, -1, 2});
   for (const auto& [kind, transform] : {std::pair{AlignmentKind::kSimilarity, similarity},
                                         {AlignmentKind::kRigid, rigid},
-                                        {AlignmentKind::kGravity, turn}}) {
+                                        {AlignmentKind::kUpright, turn}}) {
     Trajectory estimate = reference;
     for (auto& stamped : estimate) stamped.pose = move_pose(transform, stamped.pose);
     const auto pairs = associate(estimate, reference, 0.02);
@@ -99,7 +99,7 @@ TEST(Align, RefusesWhatIsNotDetermined) {
   const std::vector<PosePair> two = {{0, at(0, 0, 0), at(0, 0, 0)}, {1, at(1, 0, 0), at(1, 0, 0)}};
   EXPECT_FALSE(align(two, AlignmentKind::kRigid));
   EXPECT_FALSE(align(two, AlignmentKind::kSimilarity));
-  EXPECT_FALSE(align({}, AlignmentKind::kGravity));
+  EXPECT_FALSE(align({}, AlignmentKind::kUpright));
 }
 
 TEST(RelativeError, SeesMotionNotPlace) {

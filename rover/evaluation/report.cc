@@ -98,7 +98,7 @@ const char* name_of(AlignmentKind kind) {
       return "SE(3)";
     case AlignmentKind::kSimilarity:
       return "Sim(3)";
-    case AlignmentKind::kGravity:
+    case AlignmentKind::kUpright:
       return "4-DoF";
   }
   return "";
@@ -106,7 +106,7 @@ const char* name_of(AlignmentKind kind) {
 
 const std::optional<AlignedErrors>& errors_under(const Judgement& judgement, AlignmentKind kind) {
   if (kind == AlignmentKind::kSimilarity) return judgement.similarity;
-  return kind == AlignmentKind::kGravity ? judgement.gravity : judgement.rigid;
+  return kind == AlignmentKind::kUpright ? judgement.gravity : judgement.rigid;
 }
 
 std::vector<std::vector<std::string>> table_rows(const std::vector<Judgement>& judgements,
@@ -123,7 +123,7 @@ std::vector<std::vector<std::string>> table_rows(const std::vector<Judgement>& j
   table.add("path [m]", [](const Judgement& j) { return fmt::format("{:.2f}", j.path); });
   if (options.rigid) add_alignment(table, judgements, AlignmentKind::kRigid);
   if (options.similarity) add_alignment(table, judgements, AlignmentKind::kSimilarity);
-  if (options.gravity) add_alignment(table, judgements, AlignmentKind::kGravity);
+  if (options.gravity) add_alignment(table, judgements, AlignmentKind::kUpright);
   add_relative(table, options.headline);
   return table.rows();
 }

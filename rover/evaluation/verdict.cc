@@ -42,7 +42,7 @@ const char* freedom(AlignmentKind kind) {
   switch (kind) {
     case AlignmentKind::kSimilarity:
       return "the best rotation, translation and scale (one camera alone does not know its scale)";
-    case AlignmentKind::kGravity:
+    case AlignmentKind::kUpright:
       return "the best translation and turn about the vertical";
     case AlignmentKind::kRigid:
       return "the best rotation and translation";

@@ -78,11 +78,11 @@ double rms_after(const Sim3& transform, std::span<const Eigen::Vector3d> from,
 std::optional<PointAlignment> align_points(std::span<const Eigen::Vector3d> from,
                                            std::span<const Eigen::Vector3d> to,
                                            AlignmentKind kind) {
-  const std::size_t needed = kind == AlignmentKind::kGravity ? 2 : 3;
+  const std::size_t needed = kind == AlignmentKind::kUpright ? 2 : 3;
   if (from.size() != to.size() || from.size() < needed) return std::nullopt;
   const Moments m = moments(from, to);
   if (!m.cross.allFinite() || in_one_place(m)) return std::nullopt;
-  const Turn turn = kind == AlignmentKind::kGravity ? turn_about_vertical(m) : turn_freely(m);
+  const Turn turn = kind == AlignmentKind::kUpright ? turn_about_vertical(m) : turn_freely(m);
   if (!(turn.spread > kMinSpread)) return std::nullopt;
   PointAlignment result;
   Sim3& transform = result.to_from_from;

@@ -10,14 +10,14 @@ namespace rover {
 enum class AlignmentKind {
   kRigid,       // rotation and translation
   kSimilarity,  // and scale: for trajectories of one camera
-  kGravity,     // translation and turn about the vertical z axis: for gravity-aligned frames
+  kUpright,     // translation and turn about the vertical z axis: for gravity-aligned frames
 };
 
 struct PointAlignment {
   Sim3 to_from_from;  // scale 1 except for kSimilarity
   double rms = 0;     // m, of the distances left
   // How well the rotation is determined, in [0, 1]: the extent of the points across their longest
-  // direction over that along it (of both sets together). For kGravity, the horizontal extent over
+  // direction over that along it (of both sets together). For kUpright, the horizontal extent over
   // the whole.
   double spread = 0;
 };
@@ -27,7 +27,7 @@ struct PointAlignment {
 // patterns", 1991, equations 40 to 43).
 //
 // Nothing if the sets differ in size, hold a number that is not finite, or do not determine the
-// transform: fewer than three points, all of them on one line or in one place (kGravity: fewer than
+// transform: fewer than three points, all of them on one line or in one place (kUpright: fewer than
 // two, or all on one vertical line). Points in one plane are fine; mirrored sets get the best
 // rotation.
 std::optional<PointAlignment> align_points(std::span<const Eigen::Vector3d> from,

@@ -13,7 +13,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 constexpr AlignmentKind kKinds[] = {AlignmentKind::kRigid, AlignmentKind::kSimilarity,
-                                    AlignmentKind::kGravity};
+                                    AlignmentKind::kUpright};
 
 Points random_points(Random& random, int count) {
   Points points;
@@ -25,7 +25,7 @@ Points random_points(Random& random, int count) {
 Sim3 random_transform(Random& random, AlignmentKind kind) {
   Sim3 transform(random_pose(random, 5));
   if (kind == AlignmentKind::kSimilarity) transform.scale = std::exp(random.gaussian());
-  if (kind == AlignmentKind::kGravity)
+  if (kind == AlignmentKind::kUpright)
     transform.rotation = so3_exp({0, 0, random.uniform(-3.2, 3.2)});
   return transform;
 }
@@ -71,7 +71,7 @@ TEST(Alignment, IsTheLeastSquaresSolution) {
     EXPECT_NEAR(found->rms, rms(found->to_from_from), 1e-12);
     for (int axis = 0; axis < 7; ++axis) {
       if (kind != AlignmentKind::kSimilarity && axis == 6) continue;
-      if (kind == AlignmentKind::kGravity && (axis == 3 || axis == 4)) continue;
+      if (kind == AlignmentKind::kUpright && (axis == 3 || axis == 4)) continue;
       for (const double step : {-1e-3, 1e-3})
         EXPECT_LT(found->rms, rms(found->to_from_from * sim3_exp(step * Vector7d::Unit(axis))));
     }
@@ -82,7 +82,7 @@ TEST(Alignment, GravityKeepsTheVertical) {
   Random random(3);
   for (int i = 0; i < 500; ++i) {
     const Points from = random_points(random, 5), to = random_points(random, 5);
-    const auto found = align_points(from, to, AlignmentKind::kGravity);
+    const auto found = align_points(from, to, AlignmentKind::kUpright);
     ASSERT_TRUE(found);
     EXPECT_LT(
         (found->to_from_from.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(),
@@ -131,8 +131,8 @@ TEST(Alignment, RefusesBadInput) {
   const Points fewer(points.begin(), points.begin() + 2);
   EXPECT_FALSE(align_points(points, fewer, AlignmentKind::kRigid));
   EXPECT_FALSE(align_points(fewer, fewer, AlignmentKind::kRigid));
-  EXPECT_TRUE(align_points(fewer, fewer, AlignmentKind::kGravity));
-  EXPECT_FALSE(align_points({}, {}, AlignmentKind::kGravity));
+  EXPECT_TRUE(align_points(fewer, fewer, AlignmentKind::kUpright));
+  EXPECT_FALSE(align_points({}, {}, AlignmentKind::kUpright));
   Points bad = points;
   bad[2].y() = std::numeric_limits<double>::quiet_NaN();
   for (const AlignmentKind kind : kKinds) EXPECT_FALSE(align_points(points, bad, kind));

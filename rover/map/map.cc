@@ -93,7 +93,7 @@ LandmarkId Map::add_landmark(const Eigen::Vector3d& position, KeyframeId keyfram
   landmark.id = ids_->next_landmark();
   landmark.position = position;
   landmark.appearance = std::move(appearance);
-  landmark.world_from_reference = frame.world_from_body * rig_->body_from_camera[0];
+  landmark.world_from_reference = world_from_camera(frame);
   landmark.created_by = newest_;
   const LandmarkId id = landmark.id;
   const bool has_patch = landmark.appearance->has_patch;

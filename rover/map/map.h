@@ -93,6 +93,11 @@ class Map {
   const Landmark* find(LandmarkId id) const { return landmarks_.find(id); }
   const Keyframe& at(KeyframeId id) const { return keyframes_.at(id); }
   const Landmark& at(LandmarkId id) const { return landmarks_.at(id); }
+  // Of camera 0 of a frame that is placed in this map.
+  SE3 world_from_camera(const Frame& frame) const {
+    return frame.world_from_body * rig_->body_from_camera[0];
+  }
+  SE3 camera_from_world(const Frame& frame) const { return world_from_camera(frame).inverse(); }
   KeyframeId newest_keyframe() const { return newest_; }
   Timestamp begin() const { return begin_; }  // of the first keyframe
 

@@ -36,7 +36,7 @@ int LocalMapper::fuse_into(Map& map, KeyframeId target,
   const Camera& camera = map.rig().cameras[0];
   const Frame& frame = map.at(target).frame;
   const auto features = frame.features;
-  const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
+  const SE3 world_from_camera = map.world_from_camera(frame);
   const auto radius = static_cast<float>(options_.fusion_radius * camera.width() / kReferenceWidth);
   std::vector<GuidedQuery> queries;
   std::vector<LandmarkId> ids;

@@ -9,8 +9,7 @@ namespace rover {
 double reprojection_chi2(const Map& map, const Eigen::Vector3d& point, KeyframeId keyframe,
                          int feature, const WeightingOptions& weighting) {
   const Frame& frame = map.at(keyframe).frame;
-  const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
-  const auto pixel = map.rig().cameras[0].project(world_from_camera.inverse() * point);
+  const auto pixel = map.rig().cameras[0].project(map.camera_from_world(frame) * point);
   if (!pixel) return std::numeric_limits<double>::infinity();
   const Observation& observation = frame[feature];
   const double sigma = effective_sigma(observation, weighting);
@@ -31,9 +30,8 @@ void refine_joined(Map& map, LandmarkId landmark, KeyframeId keyframe, int featu
                    const PatchRefinementOptions& refinement) {
   const Frame& frame = map.at(keyframe).frame;
   Observation observation = frame[feature];
-  const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
-  if (refine_observation(map.at(landmark), map.rig().cameras[0], camera_from_world, frame.image,
-                         refinement, observation)) {
+  if (refine_observation(map.at(landmark), map.rig().cameras[0], map.camera_from_world(frame),
+                         frame.image, refinement, observation)) {
     map.set_measurement(keyframe, feature, observation.pixel, observation.sigma);
   }
 }

@@ -9,7 +9,7 @@ std::vector<LearnedSlant> learn_slants(const Map& map, KeyframeId keyframe,
                                        const PatchRefinementOptions& refinement) {
   const Frame& frame = map.at(keyframe).frame;
   const Camera& camera = map.rig().cameras[0];
-  const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
+  const SE3 camera_from_world = map.camera_from_world(frame);
   std::vector<LearnedSlant> learned;
   for (int i = 0; i < frame.size(); ++i) {
     const Landmark* seen = map.find(frame[i].landmark);

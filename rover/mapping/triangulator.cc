@@ -29,10 +29,6 @@ double median_depth(const Map& map, KeyframeId id) {
   return median(std::move(depths));
 }
 
-SE3 world_from_camera(const Map& map, KeyframeId keyframe) {
-  return map.at(keyframe).world_from_body() * map.rig().body_from_camera[0];
-}
-
 // One pair of features, and how they make a landmark.
 class PairTriangulator {
  public:
@@ -42,8 +38,8 @@ class PairTriangulator {
         options_(options),
         a_(a),
         b_(b),
-        pose_a_(world_from_camera(map, a)),
-        pose_b_(world_from_camera(map, b)) {}
+        pose_a_(map.world_from_camera(map.at(a).frame)),
+        pose_b_(map.world_from_camera(map.at(b).frame)) {}
 
   std::optional<Eigen::Vector3d> point(int feature_a, int feature_b) const {
     auto point = by_parallax(feature_a, feature_b);

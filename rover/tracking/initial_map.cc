@@ -10,8 +10,7 @@ namespace {
 
 double median_depth(const Map& map) {
   std::vector<double> depths;
-  const SE3 camera_from_world =
-      ((*map.keyframes().begin()).world_from_body() * map.rig().body_from_camera[0]).inverse();
+  const SE3 camera_from_world = map.camera_from_world((*map.keyframes().begin()).frame);
   for (const Landmark& landmark : map.landmarks()) {
     depths.push_back((camera_from_world * landmark.position).norm());
   }

@@ -36,7 +36,7 @@ KeyframeId insert_keyframe(Map& map, Frame frame, const StereoLandmarkOptions& o
     if (!added[i].landmark.valid()) candidates.emplace_back(stereo->depth, i);
   }
   std::sort(candidates.begin(), candidates.end());
-  const SE3 world_from_camera = added.world_from_body * map.rig().body_from_camera[0];
+  const SE3 world_from_camera = map.world_from_camera(added);
   const auto stereo_points = added.stereo;
   for (const auto& [depth, feature] : candidates) {
     const StereoObservation& stereo = (*stereo_points)[static_cast<std::size_t>(feature)];

@@ -15,9 +15,7 @@ constexpr double kTolerance = 1e-3;  // s: stamps jitter
 // How far the landmarks that both see have moved in the image, apart from what rotation alone does.
 double median_parallax(const Map& map, const Frame& frame, const Keyframe& reference) {
   const Camera& camera = map.rig().cameras[0];
-  const SE3& body_from_camera = map.rig().body_from_camera[0];
-  const SE3 now = frame.world_from_body * body_from_camera;
-  const SE3 then = reference.world_from_body() * body_from_camera;
+  const SE3 now = map.world_from_camera(frame), then = map.world_from_camera(reference.frame);
   std::vector<double> motions;
   for (const Observation& observation : frame.observations) {
     const Landmark* landmark = map.find(observation.landmark);

@@ -18,7 +18,7 @@ int search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
                      const LandmarkSearchOptions& options, const FeatureGrid& grid, Frame& frame,
                      std::vector<LandmarkId>* sought) {
   const Camera& camera = map.rig().cameras[0];
-  const SE3 world_from_camera = frame.world_from_body * map.rig().body_from_camera[0];
+  const SE3 world_from_camera = map.world_from_camera(frame);
   std::unordered_set<LandmarkId> seen;
   std::vector<char> free(frame.observations.size());
   for (int i = 0; i < frame.size(); ++i) {
@@ -46,7 +46,7 @@ int search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
 
 int refine_observations(const Map& map, const PatchRefinementOptions& options, Frame& frame) {
   const Camera& camera = map.rig().cameras[0];
-  const SE3 camera_from_world = (frame.world_from_body * map.rig().body_from_camera[0]).inverse();
+  const SE3 camera_from_world = map.camera_from_world(frame);
   int refined = 0;
   for (Observation& observation : frame.observations) {
     const Landmark* landmark = map.find(observation.landmark);

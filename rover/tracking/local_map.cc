@@ -37,14 +37,13 @@ double median_distance(const Map& map, const Frame& frame, const Eigen::Vector3d
 // By distance and turn, each in units of its limit; keyframes beyond a limit are left out.
 void add_near(const Map& map, const Frame& frame, const LocalMapOptions& options,
               std::set<KeyframeId>& keyframes) {
-  const SE3& body_from_camera = map.rig().body_from_camera[0];
-  const SE3 here = frame.world_from_body * body_from_camera;
+  const SE3 here = map.world_from_camera(frame);
   const double reach = options.near_distance * median_distance(map, frame, here.translation);
   const double turn = options.near_angle * std::numbers::pi / 180;
   std::vector<std::pair<double, KeyframeId>> near;
   for (const Keyframe& keyframe : map.keyframes()) {
     if (keyframes.contains(keyframe.id)) continue;
-    const SE3 there = keyframe.world_from_body() * body_from_camera;
+    const SE3 there = map.world_from_camera(keyframe.frame);
     const double distance = (there.translation - here.translation).norm();
     if (!(distance < reach)) continue;
     const double angle = here.rotation.angularDistance(there.rotation);

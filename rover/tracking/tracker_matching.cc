@@ -74,7 +74,7 @@ bool Tracker::match_by_learning(const Map& map, Frame& frame) {
   const auto matches =
       match_known(*family_.matcher, *last_, frame, options_.relocalization.matched_share);
   transfer_landmarks(*last_, matches, frame);
-  const SE3 world_from_last = last_->world_from_body * rig_->body_from_camera[0];
+  const SE3 world_from_last = map.world_from_camera(*last_);
   std::vector<TemporaryPoint> temporary;
   for (const Match& match : matches) {
     const StereoObservation* stereo = last_->stereo_of(match.a);

@@ -2,8 +2,6 @@
 
 #include <limits>
 #include <memory>
-#include <optional>
-#include <utility>
 
 #include "rover/base/error.h"
 #include "rover/datasets/dataset.h"

@@ -16,6 +16,7 @@
 #include <iostream>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -26,6 +27,7 @@
 #include "rover/geometry/alignment.h"
 #include "rover/optimization/inertial_map_adjustment.h"
 #include "rover/optimization/inertial_model.h"
+#include "rover/optimization/robust_kernel.h"
 
 namespace rover {
 namespace {
@@ -127,7 +129,7 @@ class ErrorBudget {
 
   // The kernel's weights as sigmas: they stay what they are whatever residuals become.
   void freeze_weights() {
-    const double huber = std::exchange(options_.huber, std::numeric_limits<double>::max());
+    const HuberKernel kernel{std::exchange(options_.huber, std::numeric_limits<double>::max())};
     const Reprojector reprojector(problem_.bundle.rig);
     for (BundleObservation& seen : problem_.bundle.observations) {
       const BodyFrame body(truth_[static_cast<std::size_t>(seen.pose)]);
@@ -136,8 +138,8 @@ class ErrorBudget {
       ObservedPoint(reprojector, body.from_world(point), false)
           .evaluate(seen.camera, seen.pixel, 1, residual, nullptr);
       expected_.push_back(seen.pixel - residual);
-      const double sigmas = residual.norm() / seen.sigma;
-      if (sigmas > huber) seen.sigma *= std::sqrt(sigmas / huber);
+      const double weight = kernel.weight(residual.squaredNorm() / (seen.sigma * seen.sigma));
+      if (weight > 0) seen.sigma /= std::sqrt(weight);
     }
   }
 

@@ -58,9 +58,19 @@ Eigen::Matrix3d map_error_of(const Matrix7d& similarity) {
   return similarity(kAt, kAt);
 }
 
+// Measured by the two together, which may be zero in some directions.
 Eigen::Matrix4d at_least(const Eigen::Matrix4d& covariance, const Eigen::Matrix4d& other) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(other - covariance);
-  const Eigen::Matrix4d& axes = solver.eigenvectors();
+  constexpr double kRounding = 1e-12;
+  const Eigen::Matrix4d sum = covariance + other;
+  const Eigen::Array4d variances = sum.diagonal().array();
+  const Eigen::Vector4d units = (variances > 0).select(variances.sqrt(), 1.0).matrix();
+  const auto in_units = [&](const Eigen::Matrix4d& m) -> Eigen::Matrix4d {
+    return m.cwiseQuotient(units * units.transpose());
+  };
+  const Eigen::Matrix4d metric = in_units(sum) + kRounding * Eigen::Matrix4d::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix4d> solver(
+      in_units(other - covariance), metric);
+  const Eigen::Matrix4d axes = units.asDiagonal() * metric * solver.eigenvectors();
   const Eigen::Vector4d more = solver.eigenvalues().cwiseMax(0);
   return covariance + axes * more.asDiagonal() * axes.transpose();
 }

@@ -30,7 +30,8 @@ Matrix7d similarity_by_pose(const SE3& world_from_body);
 // Tilt and scale alone.
 Eigen::Matrix3d map_error_of(const Matrix7d& similarity);
 
-// The first with as much added as makes it no less than the second in any direction.
+// The first with as much added as makes it no less than the second in any direction: the same
+// whatever the units and wherever the world's origin.
 Eigen::Matrix4d at_least(const Eigen::Matrix4d& covariance, const Eigen::Matrix4d& other);
 
 }  // namespace rover

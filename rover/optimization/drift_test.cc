@@ -79,5 +79,31 @@ TEST(Drift, IsAtLeastAnother) {
   }
 }
 
+// Metres and radians do not compare, and another origin mixes them.
+TEST(Drift, IsAtLeastAnotherInAnyUnits) {
+  Random random(6);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Matrix4d a = random_drift(random), b = random_drift(random);
+    Eigen::Matrix4d seen = Eigen::Vector4d(1, 1, 1, 1e-3).asDiagonal();
+    seen.topRightCorner<3, 1>() = 1e-3 * random_gaussian_vector(random);
+    const auto elsewhere = [&](const Eigen::Matrix4d& m) -> Eigen::Matrix4d {
+      return seen * m * seen.transpose();
+    };
+    const Eigen::Matrix4d both = at_least(elsewhere(a), elsewhere(b));
+    EXPECT_TRUE(both.isApprox(elsewhere(at_least(a, b)), 1e-6));
+  }
+}
+
+TEST(Drift, IsAtLeastWhatIsKnownExactly) {
+  const Eigen::Matrix4d none = Eigen::Matrix4d::Zero();
+  const Eigen::Matrix4d high = Eigen::Vector4d(0, 0, 4, 0).asDiagonal();
+  const Eigen::Matrix4d wide = Eigen::Vector4d(1, 0, 1, 0).asDiagonal();
+  EXPECT_EQ(at_least(none, none), none);
+  EXPECT_TRUE(at_least(none, high).isApprox(high));
+  EXPECT_TRUE(at_least(high, none).isApprox(high));
+  EXPECT_TRUE(
+      at_least(wide, high).isApprox(Eigen::Vector4d(1, 0, 4, 0).asDiagonal().toDenseMatrix()));
+}
+
 }  // namespace
 }  // namespace rover

@@ -8,9 +8,6 @@
 namespace rover {
 namespace {
 
-// s: ties wander by less as keyframes are culled.
-constexpr double kRevisit = 2;
-
 // Of a similarity.
 constexpr int kPositionAndYaw[] = {0, 1, 2, 5};
 
@@ -165,15 +162,14 @@ StateCovariance by_itself(const InertialMapProblem& problem, const InertialBundl
                    free_of(summary, pose, covariance, is_metric), summary.seen[pose]);
 }
 
-// Position and yaw drift no less than they did at the keyframe before.
+// Position and yaw drift no less than the keyframe before would have in this place. (In its own
+// place a tilted map of a wrong scale is off by something else, with nothing learned or forgotten.)
 void keep_drift(const StateCovariance& previous, StateCovariance& known) {
-  if (known.anchor <= previous.anchor - kRevisit) return;
+  if (is_revisit(known.anchor, previous.anchor)) return;
   known.anchor = std::max(known.anchor, previous.anchor);
-  const auto drift_of = [](const StateCovariance& of) {
-    return drift_at(of.mean.world_from_body.translation, of.drift);
-  };
-  const Eigen::Matrix4d drift = drift_of(known);
-  const Eigen::Matrix4d more = at_least(drift, drift_of(previous)) - drift;
+  const Eigen::Vector3d& here = known.mean.world_from_body.translation;
+  const Eigen::Matrix4d drift = drift_at(here, known.drift);
+  const Eigen::Matrix4d more = at_least(drift, drift_at(here, previous.drift)) - drift;
   known.drift(kPositionAndYaw, kPositionAndYaw) += more;
 }
 
@@ -224,6 +220,11 @@ void keep_all(Map& map, const InertialMapProblem& problem, const InertialBundleS
 }
 
 }  // namespace
+
+bool is_revisit(double anchor, double before) {
+  constexpr double kOlder = 2;  // s: ties wander by less as keyframes are culled
+  return anchor <= before - kOlder;
+}
 
 void keep_covariances(Map& map, const InertialMapProblem& problem,
                       const InertialBundleSummary& summary, double scale) {

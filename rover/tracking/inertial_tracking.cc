@@ -5,6 +5,7 @@
 #include "rover/base/error.h"
 #include "rover/optimization/drift.h"
 #include "rover/optimization/map_error.h"
+#include "rover/optimization/state_covariance.h"
 
 namespace rover {
 namespace {
@@ -96,6 +97,7 @@ void InertialTracking::follow(const Map& map) {
   const bool changed = map.id() != map_ || map.epoch() != epoch_ || newest.id != keyframe_ ||
                        !same(state, keyframe_state_);
   if (!changed) return;
+  const bool announced = map.id() != map_ || map.epoch() != epoch_;
   map_ = map.id();
   epoch_ = map.epoch();
   keyframe_ = newest.id;
@@ -108,9 +110,16 @@ void InertialTracking::follow(const Map& map) {
   last_->response = known.response - upright(known.mean);
   seen_response_ = last_->response.topRows<6>();
   map_error_ = known.map_error;
+  state_drift(known, announced || is_revisit(known.anchor, anchor_));
   drift_ = known.drift;
-  drift_seen_at_ = known.mean.world_from_body.translation;
   anchor_ = known.anchor;
+}
+
+// What a tilted map is off by may also shrink as the body flies back to where the map began: what
+// is stated does not.
+void InertialTracking::state_drift(const StateCovariance& known, bool anew) {
+  const Eigen::Matrix4d now = drift_at(known.mean.world_from_body.translation, known.drift);
+  stated_drift_ = anew ? now : at_least(now, stated_drift_);
 }
 
 std::optional<SE3> InertialTracking::predict(Timestamp time) {
@@ -213,8 +222,6 @@ Matrix15d InertialTracking::covariance() const {
   const Matrix15x3d response = upright_response();
   return current_.covariance + response * map_error_ * response.transpose();
 }
-
-Eigen::Matrix4d InertialTracking::drift() const { return drift_at(drift_seen_at_, drift_); }
 
 std::shared_ptr<const StateCovariance> InertialTracking::knowledge() const {
   if (!last_) return nullptr;

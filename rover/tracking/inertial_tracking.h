@@ -100,7 +100,9 @@ class InertialTracking {
   Matrix15d covariance() const;
   // The last state's covariance with what drift the map has around it, for a keyframe made of it.
   std::shared_ptr<const StateCovariance> knowledge() const;
-  Eigen::Matrix4d drift() const;
+  // How far the map around it has drifted in position and yaw: no less than was stated before,
+  // unless the map's epoch has changed or a place is seen again.
+  const Eigen::Matrix4d& drift() const { return stated_drift_; }
   const ImuBias& bias() const { return bias_; }
   const InertialTrackingOptions& options() const { return options_; }
 
@@ -118,6 +120,7 @@ class InertialTracking {
   Matrix15d information_of(const Keyframe& keyframe) const;
   Matrix15x3d upright_response() const;
   Matrix15d slipped_information() const;
+  void state_drift(const StateCovariance& known, bool anew);
   void smooth();
 
   InertialTrackingOptions options_;
@@ -135,7 +138,7 @@ class InertialTracking {
   Matrix63d seen_response_ = Matrix63d::Zero();
   Eigen::Matrix3d map_error_ = Eigen::Matrix3d::Zero();
   Matrix7d drift_ = Matrix7d::Zero();
-  Eigen::Vector3d drift_seen_at_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix4d stated_drift_ = Eigen::Matrix4d::Zero();
   double anchor_ = 0;
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;

@@ -154,8 +154,8 @@ TEST(SimulatedRun, DoesNotMindWhereTheWorldIs) {
 }
 
 // Along a wall nothing is seen again.
-TEST(SimulatedRun, DriftNeverShrinksWithoutARevisit) {
-  SimulatedRun run({.seed = 2});
+TEST_P(SimulatedRuns, NeverStateLessDriftWithoutARevisit) {
+  SimulatedRun run({.cameras = GetParam(), .seed = 2});
   Eigen::Matrix4d before = Eigen::Matrix4d::Zero();
   int epoch = -1, compared = 0;
   run.fly([&](const TrackingResult& result, const InertialState&) {
@@ -168,7 +168,7 @@ TEST(SimulatedRun, DriftNeverShrinksWithoutARevisit) {
     epoch = result.epoch;
     before = result.drift;
   });
-  EXPECT_GT(compared, 80);
+  EXPECT_GT(compared, 50);  // mono announces new scales until one is certain
   EXPECT_GT(before.trace(), 1e-6);
 }
 

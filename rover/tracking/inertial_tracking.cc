@@ -1,6 +1,7 @@
 #include "rover/tracking/inertial_tracking.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "rover/base/error.h"
 #include "rover/optimization/drift.h"
@@ -94,10 +95,9 @@ void InertialTracking::follow(const Map& map) {
   }
   const Keyframe& newest = map.at(map.newest_keyframe());
   const InertialState state = newest.state();
-  const bool changed = map.id() != map_ || map.epoch() != epoch_ || newest.id != keyframe_ ||
-                       !same(state, keyframe_state_);
-  if (!changed) return;
   const bool announced = map.id() != map_ || map.epoch() != epoch_;
+  if (!announced && newest.id == keyframe_ && same(state, keyframe_state_)) return;
+  restates_drift_ |= announced;
   map_ = map.id();
   epoch_ = map.epoch();
   keyframe_ = newest.id;
@@ -110,15 +110,16 @@ void InertialTracking::follow(const Map& map) {
   last_->response = known.response - upright(known.mean);
   seen_response_ = last_->response.topRows<6>();
   map_error_ = known.map_error;
-  state_drift(known, announced || is_revisit(known.anchor, anchor_));
+  state_drift(known);
   drift_ = known.drift;
   anchor_ = known.anchor;
 }
 
 // What a tilted map is off by may also shrink as the body flies back to where the map began: what
 // is stated does not.
-void InertialTracking::state_drift(const StateCovariance& known, bool anew) {
+void InertialTracking::state_drift(const StateCovariance& known) {
   const Eigen::Matrix4d now = drift_at(known.mean.world_from_body.translation, known.drift);
+  const bool anew = std::exchange(restates_drift_, false) || is_revisit(known.anchor, anchor_);
   stated_drift_ = anew ? now : at_least(now, stated_drift_);
 }
 

@@ -120,7 +120,7 @@ class InertialTracking {
   Matrix15d information_of(const Keyframe& keyframe) const;
   Matrix15x3d upright_response() const;
   Matrix15d slipped_information() const;
-  void state_drift(const StateCovariance& known, bool anew);
+  void state_drift(const StateCovariance& known);
   void smooth();
 
   InertialTrackingOptions options_;
@@ -139,6 +139,7 @@ class InertialTracking {
   Eigen::Matrix3d map_error_ = Eigen::Matrix3d::Zero();
   Matrix7d drift_ = Matrix7d::Zero();
   Eigen::Matrix4d stated_drift_ = Eigen::Matrix4d::Zero();
+  bool restates_drift_ = true;  // the map has changed since
   double anchor_ = 0;
   std::shared_ptr<const Preintegration> motion_;  // from the last state to the frame predicted
   InertialPoseEstimate current_;
